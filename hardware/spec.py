@@ -92,7 +92,7 @@ class LidarSpec:
     @property
     def angles(self) -> FloatArray:
         """Direction of every beam (N,) [rad]."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams)
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

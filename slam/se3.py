@@ -97,7 +97,7 @@ class SE3:
                 [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
             ]
         )
-        q = np.linalg.eigh(K / 3.0)[1][:, -1]
+        q = np.asarray(np.linalg.eigh(K / 3.0)[1][:, -1], dtype=np.float64)
         return q if q[3] >= 0.0 else -q
 
     @classmethod
