@@ -25,6 +25,14 @@ WATCHDOG = 0.5
 """Time without a fresh command after which every body stops by itself [s]."""
 
 
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A twist as it was really commanded, after limits."""
+
+    stamp: float
+    twist: Twist
+
+
 class Clock(Protocol):
     """The robot's one monotonic clock. Nothing above the HAL reads another."""
 

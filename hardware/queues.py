@@ -45,6 +45,11 @@ class EventQueue(Generic[T]):
         self._subscribers.append(subscription)
         return subscription
 
+    def unsubscribe(self, subscription: Subscription[T]) -> None:
+        """End a reader; one that is unknown is left alone."""
+        if subscription in self._subscribers:
+            self._subscribers.remove(subscription)
+
     def put(self, event: T) -> None:
         """Deliver one event to all readers."""
         self.latest = event

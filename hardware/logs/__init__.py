@@ -1,0 +1,1 @@
+"""Recordings, one file per format; `hardware.logs.registry` lists them."""

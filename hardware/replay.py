@@ -1,0 +1,195 @@
+"""A recording as a robot: same clock, same queues, same frames; it cannot be driven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self, cast
+
+from hardware.errors import NotOpenError
+from hardware.hal import Command, Health
+from hardware.logs.log import Event, Log
+from hardware.logs.registry import open_log
+from hardware.logs.spec_file import read_spec
+from hardware.queues import EventQueue, Subscription
+from hardware.spec import RobotSpec
+from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
+
+CHANNELS = ("odometry", "imu", "scans", "commands")
+HOLD_LIMIT = 1.0
+"""A scan is not held longer than this for odometry that does not come [s]."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A recording: a run folder, a rosbag2 of ours, a CARMEN or a CoreSLAM log."""
+
+    path: Path
+    """The file or folder."""
+    spec: Path | None = None
+    """A robot's specification (TOML) that replaces the recording's own."""
+
+    def build(self) -> ReplayRobot:
+        """Read what the recording says of its robot.
+
+        Raises:
+            RecordingError: the recording cannot be used.
+            SpecError: the specification cannot be used.
+        """
+        path = Path(self.path)
+        return ReplayRobot(open_log(path, None if self.spec is None else read_spec(Path(self.spec))))
+
+
+class ReplayClock:
+    """The time of the recording: it moves from reading to reading."""
+
+    def __init__(self, log: Log, queues: Mapping[str, EventQueue[Any]]) -> None:
+        self._log = log
+        self._queues = queues
+        self._events: Iterator[Event] | None = None
+        self._next: Event | None = None
+        self._now = log.span[0]
+
+    @property
+    def running(self) -> bool:
+        """Between `start` and `stop`."""
+        return self._events is not None
+
+    @property
+    def ended(self) -> bool:
+        """Everything recorded has been delivered."""
+        return self._next is None
+
+    def now(self) -> float:
+        """Time on the recording's own clock [s]; it starts at the first reading's."""
+        return self._now
+
+    def sleep_until(self, t: float) -> bool:
+        """Go on to the next reading or to `t` [s], whichever comes first. False: there is no more.
+
+        Raises:
+            NotOpenError: outside the robot's `open()` .. `close()`.
+            RecordingError: the recording cannot be read on.
+        """
+        if self._events is None:
+            raise NotOpenError
+        if self._next is None:
+            return False
+        self._now = max(self._now, min(t, self._next.arrival))
+        while self._next is not None and self._next.arrival <= self._now:
+            self._queues[self._next.channel].put(self._next.message)
+            self._next = next(self._events, None)
+        return True
+
+    def start(self) -> None:
+        """Back to the first reading."""
+        self._events = self._log.events()
+        self._next = next(self._events, None)
+        self._now = self._log.span[0]
+
+    def stop(self) -> None:
+        """Let go of the recording."""
+        self._events = self._next = None
+
+
+class ReplayRobot:
+    """Implements `Robot` and `Recorded` of `hardware.hal`."""
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self._queues: dict[str, EventQueue[Any]] = {channel: EventQueue[Any]() for channel in CHANNELS}
+        self._clock = ReplayClock(log, self._queues)
+        self._pending: dict[str, Subscription[Any]] = {}
+        self._held: list[LaserScan] = []
+        self._covered = float("-inf")
+
+    @property
+    def spec(self) -> RobotSpec:
+        """The robot that recorded it."""
+        return self._log.spec
+
+    @property
+    def clock(self) -> ReplayClock:
+        """The recording's clock."""
+        return self._clock
+
+    @property
+    def queues(self) -> Mapping[str, EventQueue[Any]]:
+        """The recorded devices."""
+        return self._queues
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time on its clock [s]."""
+        return self._log.span
+
+    def open(self) -> None:
+        """Go to the first reading.
+
+        Raises:
+            RecordingError: the recording cannot be read; nothing is held.
+        """
+        self.close()
+        self._clock.start()
+        self._pending = {channel: queue.subscribe() for channel, queue in self._queues.items()}
+        self._held, self._covered = [], float("-inf")
+
+    def close(self) -> None:
+        """Let go of the recording. May be called twice."""
+        self._clock.stop()
+        for channel, subscription in self._pending.items():
+            self._queues[channel].unsubscribe(subscription)
+        self._pending = {}
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def read(self) -> SensorFrame:
+        """Everything since the last read, oldest first; a scan waits for the odometry of its last beam.
+
+        Raises:
+            NotOpenError: outside `open()` .. `close()`.
+        """
+        self._require_open()
+        odometry = cast(list[WheelOdometry], self._pending["odometry"].take())
+        imu = cast(list[Imu], self._pending["imu"].take())
+        self._held += cast(list[LaserScan], self._pending["scans"].take())
+        if odometry:
+            self._covered = odometry[-1].stamp
+        return SensorFrame(self._clock.now(), tuple(odometry), tuple(imu), self._release(), self.spec.available)
+
+    def drive(self, twist: Twist) -> Twist:
+        """The recorded twist, whatever is asked for.
+
+        Raises:
+            NotOpenError: outside `open()` .. `close()`.
+        """
+        del twist
+        self._require_open()
+        latest: Command | WheelOdometry | None = self._queues["commands"].latest or self._queues["odometry"].latest
+        return Twist() if latest is None else latest.twist
+
+    def health(self) -> Health:
+        """Only readings dropped by a full queue can be wrong with a recording."""
+        return Health(dropped=sum(subscription.dropped for subscription in self._pending.values()))
+
+    def _release(self) -> tuple[LaserScan, ...]:
+        """Held scans that need wait no longer, in order."""
+        everything = self._clock.ended or self.spec.drive is None
+        count = 0
+        while count < len(self._held) and (everything or self._is_ready(self._held[count])):
+            count += 1
+        released, self._held = self._held[:count], self._held[count:]
+        return tuple(released)
+
+    def _is_ready(self, scan: LaserScan) -> bool:
+        return scan.end <= self._covered or self._clock.now() - scan.end > HOLD_LIMIT
+
+    def _require_open(self) -> None:
+        if not self._clock.running:
+            raise NotOpenError

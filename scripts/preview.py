@@ -1,0 +1,109 @@
+"""The plan of a world as a picture: what stands in it, its markers, the start and the tour."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.ticker import MultipleLocator
+
+from worlds.world import ROBOT_HEIGHT, ROBOT_RADIUS, Solid, World
+
+INK, FLOOR, GRID = "#2b2f36", "#fbfaf7", "#dfddd6"
+WALL, FIXED, MOVABLE, TOUR, ROBOT = "#4a4e57", "#c9a26d", "#e4572e", "#2f7fb8", "#2a9d54"
+MARGIN = 0.55
+"""Free paper around the world [m]."""
+
+
+def draw_world(world: World) -> Figure:
+    """Plan of a world, one metre a grid line; save it with `savefig`."""
+    x0, y0, x1, y1 = world.bounds
+    width, height = x1 - x0 + 2 * MARGIN, y1 - y0 + 2 * MARGIN
+    scale = min(14.0 / width, 10.0 / height)
+    figure = Figure(figsize=(width * scale + 0.8, height * scale + 1.7), dpi=130, facecolor="white")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    _style(axes, world)
+    for solid in world.solids:
+        axes.add_patch(_patch(world, solid))
+    _draw_markers(axes, world)
+    _draw_tour(axes, world)
+    _draw_robot(axes, world)
+    axes.legend(handles=_legend(world), loc="upper center", bbox_to_anchor=(0.5, -0.62 / (height * scale)), ncols=7, frameon=False)
+    figure.tight_layout()
+    return figure
+
+
+def _style(axes: Axes, world: World) -> None:
+    x0, y0, x1, y1 = world.bounds
+    axes.set(xlim=(x0 - MARGIN, x1 + MARGIN), ylim=(y0 - MARGIN, y1 + MARGIN), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    axes.set_title(f"{world.name}   ", loc="left", fontsize=15, fontweight="bold", color=INK)
+    axes.set_title(world.description, loc="right", fontsize=10, color=INK)
+    axes.set_facecolor(FLOOR)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(1.0))
+    axes.grid(color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(color=GRID, labelcolor=INK)
+    axes.spines[:].set_color(GRID)
+
+
+def _patch(world: World, solid: Solid) -> Polygon:
+    if solid in world.walls:
+        return Polygon(solid.footprint(), facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=3)
+    if solid.z_span[0] >= ROBOT_HEIGHT:
+        return Polygon(solid.footprint(), facecolor="none", edgecolor=FIXED, linewidth=1.4, linestyle=(0, (4, 3)), zorder=3)
+    colour = MOVABLE if solid.mass > 0.0 else FIXED
+    return Polygon(solid.footprint(), facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=3)
+
+
+def _draw_markers(axes: Axes, world: World) -> None:
+    for marker in world.markers:
+        corners, (x, y, _) = marker.corners(), marker.position
+        normal = np.array([math.cos(marker.yaw), math.sin(marker.yaw)])
+        axes.plot(corners[:2, 0], corners[:2, 1], color="black", linewidth=3.2, solid_capstyle="butt", zorder=5)
+        axes.plot([x, x + 0.08 * normal[0]], [y, y + 0.08 * normal[1]], color="black", linewidth=0.9, zorder=5)
+        label = np.array([x, y]) - 0.22 * normal
+        axes.text(*label, str(marker.id), fontsize=6.5, ha="center", va="center", color=INK, zorder=6)
+
+
+def _draw_tour(axes: Axes, world: World) -> None:
+    if not world.tour:
+        return
+    corners = np.array([*world.tour, world.tour[0]])
+    axes.plot(corners[:, 0], corners[:, 1], color=TOUR, linewidth=1.6, zorder=4)
+    axes.plot(corners[:-1, 0], corners[:-1, 1], "o", color=TOUR, markersize=3.5, zorder=4)
+    for a, b in world.legs():
+        middle, direction = 0.4 * np.array(a) + 0.6 * np.array(b), (np.array(b) - a) / math.dist(a, b)  # off the middle: ways back show
+        arrow = {"arrowstyle": "-|>", "color": TOUR, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", middle + 0.04 * direction, middle - 0.04 * direction, arrowprops=arrow, zorder=4)
+
+
+def _draw_robot(axes: Axes, world: World) -> None:
+    x, y, yaw = world.start
+    axes.add_patch(Circle((x, y), ROBOT_RADIUS, facecolor=ROBOT, edgecolor=INK, alpha=0.85, zorder=7))
+    tip = (x + 2.0 * ROBOT_RADIUS * math.cos(yaw), y + 2.0 * ROBOT_RADIUS * math.sin(yaw))
+    axes.annotate("", tip, (x, y), arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}, zorder=8)
+
+
+def _legend(world: World) -> list[Patch | Line2D]:
+    furniture = [*world.boxes, *world.cylinders]
+    entries: list[tuple[Patch | Line2D, bool]] = [
+        (Patch(color=WALL, label="wall"), True),
+        (Patch(facecolor=FIXED, edgecolor=INK, label="furniture"), any(part.mass == 0.0 for part in furniture)),
+        (Patch(facecolor=MOVABLE, edgecolor=INK, label="movable"), any(part.mass > 0.0 for part in furniture)),
+        (_dashes("overhead"), any(part.z >= ROBOT_HEIGHT for part in furniture)),
+        (Line2D([], [], color="black", linewidth=3.2, label="marker, id"), bool(world.markers)),
+        (Line2D([], [], color=TOUR, marker="o", markersize=3.5, label="tour"), bool(world.tour)),
+        (Line2D([], [], color=ROBOT, marker="o", markersize=9, linestyle="", label="start"), True),
+    ]
+    return [entry for entry, shown in entries if shown]
+
+
+def _dashes(label: str) -> Patch:
+    return Patch(facecolor="none", edgecolor=FIXED, linestyle="--", label=label)

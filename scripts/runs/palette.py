@@ -1,0 +1,12 @@
+"""Colours that the report and the animation share."""
+
+INK = "#1f2a37"
+MUTED = "#6b7480"
+PAGE = "#ffffff"
+UNKNOWN = "#e9ebee"
+FREE = "#ffffff"
+OCCUPIED = "#27313d"
+ESTIMATE = "#1d5fd1"
+ODOMETRY = "#ee8a1d"
+TRUTH = "#1fa37a"
+SCAN = "#d6336c"

@@ -1,0 +1,56 @@
+"""World -> triangles for the rays."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.se2 import SE2
+from worlds.parts import Cylinder
+from worlds.world import Solid, World
+
+Triangles = NDArray[np.float32]
+"""(M, 3, 3): corners of M triangles [m]."""
+
+CYLINDER_SIDES = 128
+"""Sides of a cylinder: 0.03 % of its radius off the circle at most."""
+
+
+def static_triangles(world: World) -> Triangles:
+    """Everything that never moves, in the world's frame."""
+    meshes = [_placed(solid) for solid in world.solids if solid.mass == 0.0]
+    return np.concatenate([np.empty((0, 3, 3)), *meshes]).astype(np.float32)
+
+
+def body_triangles(solid: Solid) -> Triangles:
+    """One solid in its own frame: origin in its middle, axes along its sides."""
+    z_low, z_high = solid.z_span
+    return _prism(_footprint(solid), 0.5 * (z_high - z_low)).astype(np.float32)
+
+
+def _placed(solid: Solid) -> NDArray[np.float64]:
+    z_low, z_high = solid.z_span
+    yaw = 0.0 if isinstance(solid, Cylinder) else solid.yaw
+    footprint = SE2(*solid.centre, yaw).transform(_footprint(solid))
+    return _prism(footprint, 0.5 * (z_high - z_low)) + np.array([0.0, 0.0, 0.5 * (z_low + z_high)])
+
+
+def _footprint(solid: Solid) -> NDArray[np.float64]:
+    """Corners (N, 2) about the middle, counter-clockwise."""
+    if isinstance(solid, Cylinder):
+        angles = np.arange(CYLINDER_SIDES) * (math.tau / CYLINDER_SIDES)
+        return solid.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    length, width = (solid.length, solid.thickness) if not hasattr(solid, "size") else solid.size[:2]
+    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([length, width]) / 2
+
+
+def _prism(footprint: NDArray[np.float64], half_height: float) -> NDArray[np.float64]:
+    """Sides, bottom and top (M, 3, 3) of an upright convex prism about z = 0."""
+    low = np.column_stack([footprint, np.full(len(footprint), -half_height)])
+    high = low * [1.0, 1.0, -1.0]
+    next_low, next_high = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
+    sides = np.concatenate([np.stack([low, next_low, next_high], 1), np.stack([low, next_high, high], 1)])
+    fans = [np.stack([np.repeat(ring[:1], len(ring) - 2, 0), ring[1:-1], ring[2:]], 1) for ring in (high, low[::-1])]
+    return np.concatenate([sides, *fans])

@@ -1,0 +1,15 @@
+"""The one door to Numba. Kernels compile lazily on first use and are cached on disk (eager signatures reject read-only arrays)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def njit(function: F) -> F:
+    """Compile a kernel: no Python objects, no threads, no relaxed floating point (the same bits on every run)."""
+    return cast(F, numba.njit(cache=True, nogil=True)(function))

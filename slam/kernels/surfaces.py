@@ -1,0 +1,115 @@
+"""The nearest-surface field: for every cell the nearest occupied cell, and for every occupied cell the line through its hits."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.kernels.jit import njit
+
+X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
+"""Columns of a surface element: a point on it [m], its unit normal, and 1 for a line .. 0 for a lone point."""
+
+
+@njit
+def attach(field: NDArray[np.int32], cells: NDArray[np.int64], radius: int) -> None:
+    """Offer newly occupied flat cells to every cell within `radius`: the nearer occupied cell stays. Writes `field` (H, W)."""
+    height, width = field.shape
+    for i in range(len(cells)):
+        row, col = cells[i] // width, cells[i] % width
+        for r in range(max(row - radius, 0), min(row + radius + 1, height)):
+            for c in range(max(col - radius, 0), min(col + radius + 1, width)):
+                d2 = (r - row) ** 2 + (c - col) ** 2
+                if d2 > radius * radius:
+                    continue
+                held = field[r, c]
+                if held < 0 or (r - held // width) ** 2 + (c - held % width) ** 2 > d2:
+                    field[r, c] = cells[i]
+
+
+@njit
+def detach(field: NDArray[np.int32], occupied: NDArray[np.bool_], cells: NDArray[np.int64], radius: int) -> None:
+    """Take cells that are occupied no longer out of the field and let their neighbours' surfaces move in. Writes `field` (H, W)."""
+    height, width = field.shape
+    for i in range(len(cells)):
+        row, col = cells[i] // width, cells[i] % width
+        for r in range(max(row - radius, 0), min(row + radius + 1, height)):
+            for c in range(max(col - radius, 0), min(col + radius + 1, width)):
+                if field[r, c] == cells[i]:
+                    field[r, c] = _search(occupied, r, c, radius)
+
+
+@njit
+def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> int:
+    """Flat index of the nearest occupied cell within `radius`, or -1."""
+    height, width = occupied.shape
+    best, best_d2 = -1, radius * radius + 1
+    for r in range(max(row - radius, 0), min(row + radius + 1, height)):
+        for c in range(max(col - radius, 0), min(col + radius + 1, width)):
+            d2 = (r - row) ** 2 + (c - col) ** 2
+            if occupied[r, c] and d2 < best_d2:
+                best, best_d2 = r * width + c, d2
+    return best
+
+
+@njit
+def fit(
+    surfaces: NDArray[np.float32],
+    occupied: NDArray[np.bool_],
+    hits: tuple[NDArray[np.float32], NDArray[np.float32]],
+    cells: NDArray[np.int64],
+    resolution: float,
+) -> None:
+    """Fit the surface of each flat cell to the mean hits around it. Writes `surfaces` (H, W, 5).
+
+    The neighbourhood grows from 3 x 3 to 7 x 7 cells until three occupied cells are found: far walls are hit sparsely.
+    Pooling across cells also removes the bias of a wall that lies on a cell border.
+    """
+    height, width = occupied.shape
+    count, offset = hits
+    for i in range(len(cells)):
+        row, col = cells[i] // width, cells[i] % width
+        for reach in (1, 2, 4, 8, 12):
+            n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+                for c in range(max(col - reach, 0), min(col + reach + 1, width)):
+                    if not occupied[r, c]:
+                        continue
+                    w = min(count[r, c], 10.0)
+                    x = (c - col) * resolution + offset[r, c, 0]
+                    y = (r - row) * resolution + offset[r, c, 1]
+                    n += 1
+                    total += w
+                    mx += w * x
+                    my += w * y
+                    xx += w * x * x
+                    xy += w * x * y
+                    yy += w * y * y
+            if n >= 3:
+                break
+        _store(surfaces[row, col], (n, total, mx, my, xx, xy, yy))
+        x, y = (col + 0.5) * resolution, (row + 0.5) * resolution
+        if surfaces[row, col, FLATNESS] == 0.0:
+            surfaces[row, col, X], surfaces[row, col, Y] = offset[row, col, 0], offset[row, col, 1]
+        surfaces[row, col, X] += x
+        surfaces[row, col, Y] += y
+
+
+@njit
+def _store(surface: NDArray[np.float32], moments: tuple[int, float, float, float, float, float, float]) -> None:
+    """Mean, normal and flatness from weighted moments: the normal is the eigenvector of the smaller eigenvalue."""
+    n, total, mx, my, xx, xy, yy = moments
+    surface[:] = 0.0
+    if n < 3:
+        return
+    mx, my = mx / total, my / total
+    a, b, d = xx / total - mx * mx, xy / total - mx * my, yy / total - my * my
+    spread = np.sqrt(0.25 * (a - d) ** 2 + b * b)
+    large, small = 0.5 * (a + d) + spread, max(0.5 * (a + d) - spread, 0.0)
+    ratio = small / large if large > 0.0 else 1.0
+    if ratio > 0.15:
+        return
+    angle = 0.5 * np.arctan2(2.0 * b, a - d)
+    surface[X], surface[Y] = mx, my
+    surface[NORMAL_X], surface[NORMAL_Y] = -np.sin(angle), np.cos(angle)
+    surface[FLATNESS] = 1.0

@@ -1,0 +1,1 @@
+"""From matched scans to maps."""

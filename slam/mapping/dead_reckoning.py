@@ -1,0 +1,118 @@
+"""Wheels and gyro: distance from the wheels, heading from the gyro while it speaks."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from slam.messages import Imu, SensorFrame, Trajectory, WheelOdometry
+from slam.se2 import SE2, interpolate
+
+HISTORY = 2.0
+"""Length of the kept past [s]."""
+STANDSTILL = 0.5
+"""Time without wheel motion after which the gyro's mean is its bias [s]."""
+SILENCE = 0.1
+"""Gap between gyro readings beyond which the wheels give the heading [s]."""
+
+PATIENCE = 0.5
+"""Silence of a sensor after which the estimate counts as degraded [s]."""
+
+
+class DeadReckoning:
+    """Continuous `T_odom_base` from wheel odometry and a yaw gyro."""
+
+    def __init__(self) -> None:
+        self._history: deque[tuple[float, SE2]] = deque()
+        self._wheels: WheelOdometry | None = None
+        self._gyro: deque[Imu] = deque()
+        self._bias, self._bias_readings = 0.0, 0
+        self._still_since = -np.inf
+
+    @property
+    def empty(self) -> bool:
+        """No wheel odometry has come yet."""
+        return self._wheels is None
+
+    @property
+    def newest(self) -> float:
+        """Time of the newest pose [s]; -inf before the first."""
+        return self._history[-1][0] if self._history else -np.inf
+
+    @property
+    def wheels(self) -> SE2:
+        """`T_odom_base` of the wheels alone, newest."""
+        return self._wheels.T_odom_base if self._wheels else SE2()
+
+    def add(self, odometry: Sequence[WheelOdometry], imu: Sequence[Imu]) -> None:
+        """Take in new readings, oldest first."""
+        self._gyro.extend(imu)
+        for reading in odometry:
+            self._step(reading)
+        while len(self._history) > 2 and self._history[1][0] < self.newest - HISTORY:
+            self._history.popleft()
+        while len(self._gyro) > 2 and self._gyro[1].stamp < self.newest - HISTORY:
+            self._gyro.popleft()
+
+    def pose_at(self, t: float) -> SE2:
+        """T_odom_base at `t` [s]: between readings along the arc, held beyond the ends."""
+        later = None
+        for stamp, pose in reversed(self._history):
+            if stamp <= t:
+                return pose if later is None else interpolate(pose, later[1], (t - stamp) / (later[0] - stamp))
+            later = (stamp, pose)
+        return later[1] if later else SE2()
+
+    def window(self, since: float) -> Trajectory:
+        """The kept poses from the last one before `since` [s] on."""
+        kept = [(stamp, pose) for stamp, pose in self._history if stamp >= since]
+        before = [(stamp, pose) for stamp, pose in self._history if stamp < since][-1:]
+        samples = before + kept
+        return Trajectory(np.array([stamp for stamp, _ in samples]), np.array([pose.as_array() for _, pose in samples]).reshape(-1, 3))
+
+    def silent(self, frame: SensorFrame) -> str:
+        """Names a sensor that the body has and that has not spoken for `PATIENCE` seconds; empty when all is well."""
+        late = frame.stamp - PATIENCE
+        if "odometry" in frame.available and not self.empty and self.newest < late:
+            return "wheel odometry is silent"
+        if "imu" in frame.available and self._gyro and self._gyro[-1].stamp < late:
+            return "gyro is silent"
+        return ""
+
+    def _step(self, reading: WheelOdometry) -> None:
+        if self._wheels is None:
+            self._history.append((reading.stamp, reading.T_odom_base))
+        elif reading.stamp > self._wheels.stamp:
+            delta = self._wheels.T_odom_base.inverse() @ reading.T_odom_base
+            turn = self._gyro_turn(self._wheels.stamp, reading.stamp)
+            self._learn_bias(delta, self._wheels.stamp, reading.stamp)
+            if turn is not None:
+                xi = delta.log()
+                delta = SE2.exp(np.array([xi[0], xi[1], turn]))
+            self._history.append((reading.stamp, self._history[-1][1] @ delta))
+        self._wheels = reading
+
+    def _gyro_turn(self, start: float, end: float) -> float | None:
+        """Turn between two times [rad] by the trapezoid rule; None where the gyro does not cover them."""
+        stamps = np.array([reading.stamp for reading in self._gyro])
+        around = stamps[max(int(np.searchsorted(stamps, start)) - 1, 0) : int(np.searchsorted(stamps, end)) + 1]
+        if len(around) < 2 or around[0] > start + SILENCE or around[-1] < end - SILENCE or np.diff(around).max() > SILENCE:
+            return None
+        rates = np.array([reading.yaw_rate for reading in self._gyro]) - self._bias
+        grid = np.concatenate([[start], stamps[(stamps > start) & (stamps < end)], [end]])
+        return float(np.trapezoid(np.interp(grid, stamps, rates), grid))
+
+    def _learn_bias(self, delta: SE2, start: float, end: float) -> None:
+        """Average the gyro while the wheels stand still."""
+        if delta != SE2():
+            self._still_since = end
+        if self._still_since == -np.inf:
+            self._still_since = start
+        if end - self._still_since < STANDSTILL:
+            return
+        for reading in self._gyro:
+            if start < reading.stamp <= end:
+                self._bias_readings += 1
+                self._bias += (reading.yaw_rate - self._bias) / min(self._bias_readings, 1000)

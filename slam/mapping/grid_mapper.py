@@ -1,0 +1,92 @@
+"""Insertion of deskewed scans into an occupancy grid that grows, with its surface field kept in step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
+from slam.kernels import insertion
+from slam.matching.surface_field import SurfaceField
+from slam.se2 import SE2, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class MapSettings:
+    """How a scan changes the map."""
+
+    resolution: float = 0.05
+    """Cell size [m]."""
+    fixed_size: float = 0.0
+    """Side of a fixed square map centred on the start [m], such as 20; 0 lets the map grow."""
+    hit: float = 0.85
+    """Log-odds added to a cell that is hit (p = 0.70)."""
+    miss: float = -0.2
+    """Log-odds added to a cell that a ray crosses (p = 0.45)."""
+    memory: float = 60.0
+    """Hits that a cell's mean remembers."""
+
+
+class GridMapper:
+    """A map in the making: `T_map_grid` has no rotation."""
+
+    def __init__(self, settings: MapSettings) -> None:
+        self.settings = settings
+        side = settings.fixed_size or 8.0
+        cells = math.ceil(side / settings.resolution)
+        corner = SE2(-0.5 * cells * settings.resolution, -0.5 * cells * settings.resolution)
+        self.grid = OccupancyGrid.empty(GridGeometry(settings.resolution, cells, cells, corner))
+        self.field = SurfaceField(self.grid)
+        self._touched = np.zeros(self.grid.log_odds.shape, np.uint8)
+        self._frozen: OccupancyGrid | None = None
+
+    def snapshot(self) -> OccupancyGrid:
+        """A read-only copy of the map, made once per change."""
+        if self._frozen is None:
+            self._frozen = self.grid.frozen_copy()
+        return self._frozen
+
+    def insert(self, T_map_base: SE2, points: FloatArray, origins: FloatArray) -> None:
+        """Insert hits `points` (M, 2) seen from `origins` (M, 2), both in base [m]."""
+        if len(points) == 0:
+            return
+        self._frozen = None
+        T_map_points = T_map_base.transform(points)
+        if not self.settings.fixed_size:
+            self._make_room(T_map_points)
+        corner = np.array([self.grid.geometry.T_map_grid.x, self.grid.geometry.T_map_grid.y])
+        ends, starts = T_map_points - corner, T_map_base.transform(origins) - corner
+        grid, s = self.grid, self.settings
+        cells = (grid.log_odds, grid.hit_count, grid.hit_offset)
+        hits = insertion.insert_hits(ends, s.resolution, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory))
+        misses = insertion.insert_misses(starts, ends, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
+        changed = np.concatenate([hits, misses])
+        insertion.clear(self._touched, changed)
+        self.field.update(grid, changed)
+
+    def _make_room(self, points: FloatArray) -> None:
+        """Grow the grid by at least a quarter where points fall outside."""
+        old = self.grid.geometry
+        cells = old.to_cells(points)
+        low, high = np.minimum(cells.min(axis=0), 0), np.maximum(cells.max(axis=0) + 1, (old.height, old.width))
+        size = np.array([old.height, old.width])
+        if (low == 0).all() and (high == size).all():
+            return
+        margin = np.maximum(size // 4, 40)
+        low, high = low - margin * (low < 0), high + margin * (high > size)
+        height, width = (int(n) for n in high - low)
+        corner = SE2(old.T_map_grid.x + low[1] * old.resolution, old.T_map_grid.y + low[0] * old.resolution)
+        grid = OccupancyGrid.empty(GridGeometry(old.resolution, width, height, corner))
+        shift = (int(-low[0]), int(-low[1]))
+        window: tuple[slice, ...] = tuple(slice(start, start + n) for start, n in zip(shift, self.grid.log_odds.shape, strict=True))
+        _copy_into(grid, self.grid, window)
+        self.grid, self._touched = grid, np.zeros(grid.log_odds.shape, np.uint8)
+        self.field.grow(grid, shift)
+
+
+def _copy_into(target: OccupancyGrid, source: OccupancyGrid, window: tuple[slice, ...]) -> None:
+    target.log_odds[window] = source.log_odds
+    target.hit_count[window] = source.hit_count
+    target.hit_offset[window] = source.hit_offset

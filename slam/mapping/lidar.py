@@ -1,0 +1,127 @@
+"""The `lidar` pipeline: deskew, match to the local map, insert, propagate. No loop closure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slam.mapping.dead_reckoning import DeadReckoning
+from slam.mapping.grid_mapper import GridMapper, MapSettings
+from slam.mapping.keyframes import KeyframeGate
+from slam.mapping.motion_noise import MotionNoise
+from slam.mapping.scan_trajectory import ScanTrajectory
+from slam.matching.gauss_newton import GaussNewton
+from slam.matching.match import Match
+from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.scans import PointScan, deskew
+from slam.se2 import SE2
+from slam.snapshot import Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Lidar:
+    """Lidar odometry against its own growing map."""
+
+    map: MapSettings = field(default_factory=MapSettings)
+    matcher: GaussNewton = field(default_factory=GaussNewton)
+    noise: MotionNoise = field(default_factory=MotionNoise)
+    keyframes: KeyframeGate = field(default_factory=KeyframeGate)
+    inliers_min: float = 0.3
+    """Share of a scan's points that must lie near a known surface for its match to count."""
+    deviation_start: float = 0.1
+    """Expected error of the first guess [m]; then it follows the corrections that matching makes."""
+
+    def build(self, T_map_base: SE2 | None = None) -> LidarPipeline:
+        """Make the pipeline; the robot starts at `T_map_base`, the origin by default."""
+        return LidarPipeline(self, T_map_base or SE2())
+
+
+class LidarPipeline:
+    """Keeps `T_map_odom` right by matching every scan; between scans wheels and gyro carry the pose."""
+
+    def __init__(self, settings: Lidar, T_map_base: SE2) -> None:
+        self._settings = settings
+        self._motion = DeadReckoning()
+        self._mapper = GridMapper(settings.map)
+        self._path = ScanTrajectory()
+        self._last: tuple[float, SE2, SE2] | None = None  # stamp, T_odom_base and T_map_base of the last scan
+        self._velocity = np.zeros(3)
+        self._T_map_odom = T_map_base
+        self._covariance = np.zeros((3, 3))
+        self._keyframe: SE2 | None = None
+        self._deviation = settings.deviation_start
+        self._inflation = 1.0  # of the odometry's covariance, from how far matching has corrected it
+        self._match: Match | None = None
+
+    def update(self, frame: SensorFrame) -> Estimate:
+        """Register the frame's scans and answer with the pose at the frame's time."""
+        first = self._motion.empty
+        self._motion.add(frame.odometry, frame.imu)
+        if first and not self._motion.empty:
+            self._T_map_odom = self._T_map_odom @ self._motion.pose_at(-np.inf).inverse()
+        for scan in frame.scans:
+            self._register(scan)
+        return self._estimate(frame)
+
+    def snapshot(self) -> Snapshot:
+        """The map and the poses at scans so far."""
+        return Snapshot(self._mapper.snapshot(), self._path.trajectory())
+
+    def _register(self, scan: LaserScan) -> None:
+        cloud = deskew(scan, self._motion.window(scan.stamp))
+        T_odom_base = self._motion.pose_at(scan.stamp)
+        guess, increment = self._predict(scan.stamp, T_odom_base)
+        T_map_base = self._correct(cloud, guess, increment)
+        self._T_map_odom = T_map_base @ T_odom_base.inverse()
+        if self._last is not None and scan.stamp > self._last[0]:
+            self._velocity = (self._last[2].inverse() @ T_map_base).log() / (scan.stamp - self._last[0])
+        self._last = (scan.stamp, T_odom_base, T_map_base)
+        self._path.append(scan.stamp, T_map_base)
+        if self._settings.keyframes.passes(self._keyframe, T_map_base):
+            self._keyframe = T_map_base
+            self._mapper.insert(T_map_base, cloud.points, cloud.origins)
+
+    def _predict(self, stamp: float, T_odom_base: SE2) -> tuple[SE2, SE2]:
+        """Guess `T_map_base` and the step since the last scan: by odometry, without it at constant velocity."""
+        if self._last is None:
+            return self._T_map_odom @ T_odom_base, SE2()
+        last_stamp, T_odom_last, T_map_last = self._last
+        step = T_odom_last.inverse() @ T_odom_base
+        if self._motion.empty:
+            step = SE2.exp(self._velocity * (stamp - last_stamp))
+        return T_map_last @ step, step
+
+    def _correct(self, cloud: PointScan, guess: SE2, increment: SE2) -> SE2:
+        """Match the scan; keep the guess where the map says too little."""
+        if self._last is None:
+            return guess
+        s = self._settings
+        prior = s.noise.with_floor(increment) * self._inflation
+        prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
+        match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, 3.0 * self._deviation)
+        self._match = match
+        if not match.converged or match.inliers < s.inliers_min:
+            self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)
+            return guess
+        correction = guess.inverse() @ match.T_target_source
+        # KISS-ICP, Vizzo et al. (2023), eq. 8: how far a point moves at most by the correction
+        reach = float(np.sqrt(np.mean(cloud.points**2) * 2.0))
+        size = float(np.hypot(correction.x, correction.y)) + 2.0 * reach * abs(np.sin(0.5 * correction.yaw))
+        self._deviation = float(np.sqrt(0.9 * self._deviation**2 + 0.1 * size**2))
+        surprise = correction.as_array() @ np.linalg.solve(s.noise.with_floor(increment), correction.as_array()) / 3.0
+        self._inflation = max(0.9 * self._inflation + 0.1 * float(surprise), 1.0)
+        self._covariance = np.array(match.covariance)
+        return match.T_target_source
+
+    def _estimate(self, frame: SensorFrame) -> Estimate:
+        pose, covariance = self._T_map_odom @ self._motion.pose_at(frame.stamp), self._covariance
+        if self._last is not None:
+            step = self._last[2].inverse() @ pose
+            covariance = self._settings.noise.propagate(covariance, self._last[2], step)
+        reason = self._motion.silent(frame)
+        if self._match is not None and not self._match.converged:
+            reason = "the scan does not match the map"
+        status = Status.DEGRADED if reason else Status.TRACKING
+        health = self._match.inliers if self._match else 1.0
+        return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, health, reason)

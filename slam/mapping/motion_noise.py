@@ -1,0 +1,48 @@
+"""How uncertain a step of dead reckoning is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.se2 import SE2, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class MotionNoise:
+    """Standard deviations that grow with the step; first-order propagation of SE(2) covariances.
+
+    In the spirit of Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, with one wheel-slip term each way.
+    """
+
+    distance_per_distance: float = 0.03
+    """Error along and across per metre driven [m/m]."""
+    yaw_per_distance: float = 0.05
+    """Heading error per metre driven [rad/m]."""
+    yaw_per_yaw: float = 0.05
+    """Heading error per radian turned [rad/rad]."""
+    distance_floor: float = 0.002
+    """Least position error of a step between scans [m]."""
+    yaw_floor: float = 0.002
+    """Least heading error of a step between scans [rad]."""
+
+    def covariance(self, increment: SE2) -> FloatArray:
+        """Covariance (3, 3) of a step (x, y, yaw) in the frame that the step starts from [m, rad]."""
+        distance = float(np.hypot(increment.x, increment.y))
+        along = (self.distance_per_distance * distance) ** 2
+        turn = (self.yaw_per_distance * distance) ** 2 + (self.yaw_per_yaw * increment.yaw) ** 2
+        return np.diag([along, along, turn])
+
+    def with_floor(self, increment: SE2) -> FloatArray:
+        """Covariance (3, 3) of a step between two scans, whose matching is never better than the floor."""
+        return self.covariance(increment) + np.diag([self.distance_floor**2, self.distance_floor**2, self.yaw_floor**2])
+
+    def propagate(self, covariance: FloatArray, T_map_base: SE2, increment: SE2) -> FloatArray:
+        """Covariance (3, 3), in the map frame, of `T_map_base @ increment`."""
+        R = T_map_base.rotation()
+        F = np.eye(3)
+        F[:2, 2] = R @ np.array([-increment.y, increment.x])
+        step = self.covariance(increment)
+        step[:2, :2] = R @ step[:2, :2] @ R.T
+        return F @ covariance @ F.T + step

@@ -1,0 +1,76 @@
+"""The distance field that scans are matched against.
+
+Every cell knows the nearest occupied cell, and every occupied cell the line through the mean hits around it. The
+distance of a point is measured to that line, not interpolated between cell centres, so it is signed, exact below the
+cell size and free of the half-cell bias that a distance transform of cell centres has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.grid import OccupancyGrid
+from slam.kernels import surfaces as kernels
+from slam.se2 import SE2
+
+
+class SurfaceField:
+    """Nearest surfaces of one occupancy grid, kept up to date cell by cell."""
+
+    def __init__(self, grid: OccupancyGrid, reach: float = 1.0) -> None:
+        """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
+        self._radius = max(1, round(reach / grid.geometry.resolution))
+        self.resolution = grid.geometry.resolution
+        self.T_grid_map = grid.geometry.T_map_grid.inverse()
+        shape = grid.log_odds.shape
+        self._occupied = np.zeros(shape, np.bool_)
+        self.nearest = np.full(shape, -1, np.int32)
+        """(H, W) flat index of the nearest occupied cell, -1 for none."""
+        self.surfaces = np.zeros((*shape, 5), np.float32)
+        """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
+        self.update(grid, np.arange(grid.log_odds.size))
+
+    def update(self, grid: OccupancyGrid, changed: NDArray[np.int64]) -> None:
+        """Follow the grid in the flat cells that changed."""
+        now = grid.occupied_at(changed)
+        before = self._occupied.reshape(-1)[changed]
+        self._occupied.reshape(-1)[changed] = now
+        gone, new = changed[before & ~now], changed[now & ~before]
+        kernels.detach(self.nearest, self._occupied, gone, self._radius)
+        kernels.attach(self.nearest, new, self._radius)
+        refit = self._with_neighbours(np.concatenate([changed[now], gone]))
+        kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, self.resolution)
+
+    def grow(self, grid: OccupancyGrid, shift: tuple[int, int]) -> None:
+        """Move into a larger grid whose cell (row, col) + `shift` is the old cell (row, col)."""
+        old_width = self.nearest.shape[1]
+        shape = grid.log_odds.shape
+        window = tuple(slice(start, start + size) for start, size in zip(shift, self.nearest.shape, strict=True))
+        rows, cols = self.nearest // old_width + shift[0], self.nearest % old_width + shift[1]
+        moved = np.where(self.nearest >= 0, rows * shape[1] + cols, -1)
+        offset = np.array([shift[1], shift[0]], np.float32) * self.resolution
+        surfaces = self.surfaces.copy()
+        surfaces[self._occupied, :2] += offset
+        old_occupied = self._occupied
+        self._occupied = np.zeros(shape, np.bool_)
+        self.nearest = np.full(shape, -1, np.int32)
+        self.surfaces = np.zeros((*shape, 5), np.float32)
+        self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
+        self.T_grid_map = grid.geometry.T_map_grid.inverse()
+
+    def pose_in_grid(self, T_map_base: SE2) -> SE2:
+        """The pose in the grid's own frame, in which the kernels work."""
+        return self.T_grid_map @ T_map_base
+
+    def _with_neighbours(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The cells and the occupied cells among their eight neighbours."""
+        if len(cells) == 0:
+            return cells
+        height, width = self.nearest.shape
+        rows, cols = np.divmod(cells, width)
+        steps = np.array([(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1)])
+        rows = np.clip(rows[:, None] + steps[:, 0], 0, height - 1)
+        cols = np.clip(cols[:, None] + steps[:, 1], 0, width - 1)
+        around = np.unique(rows * width + cols)
+        return around[self._occupied.reshape(-1)[around]]

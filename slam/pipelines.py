@@ -1,0 +1,50 @@
+"""Pipelines by name. Every one has the same face: `update(frame) -> Estimate`, `snapshot() -> Snapshot`."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from slam.errors import UnknownNameError
+from slam.mapping.lidar import Lidar
+from slam.mapping.odometry import Odometry
+from slam.messages import Estimate, SensorFrame
+from slam.se2 import SE2
+from slam.snapshot import Snapshot
+
+
+class Pipeline(Protocol):
+    """A stateful estimator. It never raises on what the sensors say and never waits."""
+
+    def update(self, frame: SensorFrame) -> Estimate:
+        """Take in one frame; answer with the pose at its stamp."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """What is known now, frozen."""
+        ...
+
+
+class PipelineSettings(Protocol):
+    """A frozen dataclass of parameters that builds a pipeline."""
+
+    def build(self, T_map_base: SE2 | None = None) -> Pipeline:
+        """Make the pipeline; the robot starts at `T_map_base`, the map's origin by default."""
+        ...
+
+
+PIPELINES: dict[str, type[PipelineSettings]] = {
+    "odometry": Odometry,
+    "lidar": Lidar,
+}
+"""name -> frozen dataclass of parameters."""
+
+
+def pipeline_settings(name: str) -> type[PipelineSettings]:
+    """The pipeline's parameter class.
+
+    Raises:
+        UnknownNameError: no such pipeline; the message lists those there are.
+    """
+    if name not in PIPELINES:
+        raise UnknownNameError("pipeline", name, sorted(PIPELINES))
+    return PIPELINES[name]

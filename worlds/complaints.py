@@ -1,0 +1,55 @@
+"""What msgspec finds wrong, in the words of a world file: the path of the key, the value there, what is allowed."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, get_args
+
+import msgspec
+from msgspec import structs
+
+from worlds.errors import WorldValueError
+
+_WORDS = (
+    ("Expected", "must be"),
+    ("`float`", "a number"),
+    ("`int`", "an integer"),
+    ("`str`", "text"),
+    ("`array`", "a list"),
+    ("`object`", "a table"),
+)
+
+
+def complaint(error: msgspec.ValidationError, content: Any, kind: Any) -> WorldValueError:  # noqa: ANN401
+    """Msgspec's complaint about `content`, decoded as `kind`, as ours."""
+    problem, path = _split(error)
+    value: object = msgspec.UNSET
+    for step in re.findall(r"\w+", path):
+        content, kind = content[int(step) if step.isdigit() else step], _inner(kind, step)
+    if unknown := re.match(r"Object contains unknown field (\w+)", problem):
+        path, value = f"{path}.{unknown[1]}".lstrip("."), content[unknown[1]]
+        problem = f"unknown key; allowed: {', '.join(field.encode_name for field in structs.fields(kind))}"
+    elif missing := re.match(r"Object missing required field (\w+)", problem):
+        path, problem = f"{path}.{missing[1]}".lstrip("."), "is missing"
+    else:
+        value = content
+    if isinstance(value, float) and not math.isfinite(value):
+        problem = "must be a finite number"
+    return WorldValueError(path, value, problem)
+
+
+def _split(error: msgspec.ValidationError) -> tuple[str, str]:
+    """What is wrong, in plain words, and the path to it, such as `box[2].size[1]`."""
+    problem, _, path = str(error).partition(" - at `$")
+    for word, plain in _WORDS:
+        problem = problem.replace(word, plain)
+    return problem.replace("`", ""), path.rstrip("`").lstrip(".")
+
+
+def _inner(kind: Any, step: str) -> Any:  # noqa: ANN401
+    """Type of one field of a struct or of one item of a tuple."""
+    if not step.isdigit():
+        return next(field.type for field in structs.fields(kind) if field.encode_name == step)
+    items = get_args(kind)
+    return items[0] if items[-1] is ... else items[int(step)]

@@ -1,0 +1,135 @@
+"""What a world is made of: walls, boxes, cylinders and markers. Frozen; ranges are checked when a `World` is made of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Coordinate = Annotated[float, Meta(ge=-1000.0, le=1000.0)]
+Length = Annotated[float, Meta(gt=0.0, le=1000.0)]
+Height = Annotated[float, Meta(ge=0.0, le=1000.0)]
+Mass = Annotated[float, Meta(ge=0.0, le=1000.0)]
+Angle = Annotated[float, Meta(ge=-6.2832, le=6.2832)]
+Point = tuple[Coordinate, Coordinate]
+
+CYLINDER_SIDES = 48
+"""Sides of the polygon that stands for a circle: 0.2 % of the radius at most."""
+
+
+class Wall(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An upright wall on the floor, `thickness / 2` to either side of its centre line."""
+
+    begin: Point = msgspec.field(name="from")
+    """First end of the centre line (x, y) [m]."""
+    end: Point = msgspec.field(name="to")
+    """Other end of the centre line (x, y) [m]."""
+    thickness: Length = 0.1
+    height: Length = 1.0
+
+    @property
+    def z_span(self) -> tuple[float, float]:
+        """Lowest and highest z [m]."""
+        return 0.0, self.height
+
+    @property
+    def mass(self) -> float:
+        """A wall never moves."""
+        return 0.0
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line [m]."""
+        return math.dist(self.begin, self.end)
+
+    @property
+    def yaw(self) -> float:
+        """Direction from the first end to the other [rad]."""
+        return math.atan2(self.end[1] - self.begin[1], self.end[0] - self.begin[0])
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Middle of the centre line (x, y) [m]."""
+        return (self.begin[0] + self.end[0]) / 2, (self.begin[1] + self.end[1]) / 2
+
+    def footprint(self) -> FloatArray:
+        """Corners (4, 2) [m], counter-clockwise."""
+        return _rectangle(self.centre, (self.length, self.thickness), self.yaw)
+
+
+class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An upright box: furniture."""
+
+    centre: Point
+    """Middle of its floor area (x, y) [m]."""
+    size: tuple[Length, Length, Length]
+    """Along its own x, y and z [m]."""
+    yaw: Angle = 0.0
+    z: Height = 0.0
+    """Height of its lower side [m]."""
+    mass: Mass = 0.0
+    """0: fixed; above: a movable body of that mass [kg]."""
+    name: str = "box"
+
+    @property
+    def z_span(self) -> tuple[float, float]:
+        """Lowest and highest z [m]."""
+        return self.z, self.z + self.size[2]
+
+    def footprint(self) -> FloatArray:
+        """Corners (4, 2) [m], counter-clockwise."""
+        return _rectangle(self.centre, self.size[:2], self.yaw)
+
+
+class Cylinder(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An upright cylinder: a column, a table leg, a bin."""
+
+    centre: Point
+    """(x, y) [m]"""
+    radius: Length
+    height: Length
+    z: Height = 0.0
+    """Height of its lower side [m]."""
+    mass: Mass = 0.0
+    """0: fixed; above: a movable body of that mass [kg]."""
+    name: str = "cylinder"
+
+    @property
+    def z_span(self) -> tuple[float, float]:
+        """Lowest and highest z [m]."""
+        return self.z, self.z + self.height
+
+    def footprint(self) -> FloatArray:
+        """Corners (48, 2) [m] on the circle, counter-clockwise."""
+        angles = np.arange(CYLINDER_SIDES) * (math.tau / CYLINDER_SIDES)
+        return np.array(self.centre) + self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+class Marker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A printed square marker, upright and flat on a surface. Its frame: x to the right, y up, z out of the print."""
+
+    id: Annotated[int, Meta(ge=0)]
+    position: tuple[Coordinate, Coordinate, Height]
+    """Its middle (x, y, z) [m]."""
+    yaw: Angle
+    """Direction in which it looks: heading of its outward normal [rad]."""
+    size: Length = 0.12
+    """Side of the black square, without the white margin [m]."""
+
+    def corners(self) -> FloatArray:
+        """Corners of the black square (4, 3) [m]: top left, top right, bottom right, bottom left as seen from the front."""
+        right = np.array([-math.sin(self.yaw), math.cos(self.yaw), 0.0])
+        up = np.array([0.0, 0.0, 1.0])
+        signs = ((-1, 1), (1, 1), (1, -1), (-1, -1))
+        return np.array([np.array(self.position) + self.size / 2 * (i * right + j * up) for i, j in signs])
+
+
+def _rectangle(centre: tuple[float, float], size: tuple[float, float], yaw: float) -> FloatArray:
+    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(size) / 2
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array(centre) + half @ np.array([[c, s], [-s, c]])
