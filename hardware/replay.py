@@ -20,6 +20,9 @@ CHANNELS = ("odometry", "imu", "scans", "commands")
 HOLD_LIMIT = 1.0
 """A scan is not held longer than this for odometry that does not come [s]."""
 
+RESOLUTION = 1e-9
+"""Recordings count whole nanoseconds: a reading is due at `t` when it is as near as that [s]."""
+
 
 @dataclass(frozen=True)
 class Replay:
@@ -76,8 +79,8 @@ class ReplayClock:
             raise NotOpenError
         if self._next is None:
             return False
-        self._now = max(self._now, min(t, self._next.arrival))
-        while self._next is not None and self._next.arrival <= self._now:
+        self._now = max(self._now, t if t <= self._next.arrival + RESOLUTION else self._next.arrival)
+        while self._next is not None and self._next.arrival <= self._now + RESOLUTION:
             self._queues[self._next.channel].put(self._next.message)
             self._next = next(self._events, None)
         return True

@@ -68,8 +68,7 @@ def _draw_markers(axes: Axes, world: World) -> None:
         normal = np.array([math.cos(marker.yaw), math.sin(marker.yaw)])
         axes.plot(corners[:2, 0], corners[:2, 1], color="black", linewidth=3.2, solid_capstyle="butt", zorder=5)
         axes.plot([x, x + 0.08 * normal[0]], [y, y + 0.08 * normal[1]], color="black", linewidth=0.9, zorder=5)
-        label = np.array([x, y]) - 0.22 * normal
-        axes.text(*label, str(marker.id), fontsize=6.5, ha="center", va="center", color=INK, zorder=6)
+        axes.text(x - 0.22 * normal[0], y - 0.22 * normal[1], str(marker.id), fontsize=6.5, ha="center", va="center", color=INK, zorder=6)
 
 
 def _draw_tour(axes: Axes, world: World) -> None:
@@ -81,7 +80,7 @@ def _draw_tour(axes: Axes, world: World) -> None:
     for a, b in world.legs():
         middle, direction = 0.4 * np.array(a) + 0.6 * np.array(b), (np.array(b) - a) / math.dist(a, b)  # off the middle: ways back show
         arrow = {"arrowstyle": "-|>", "color": TOUR, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", middle + 0.04 * direction, middle - 0.04 * direction, arrowprops=arrow, zorder=4)
+        axes.annotate("", tuple(middle + 0.04 * direction), tuple(middle - 0.04 * direction), arrowprops=arrow, zorder=4)
 
 
 def _draw_robot(axes: Axes, world: World) -> None:

@@ -7,8 +7,6 @@ everywhere: a name, a name with options (`aruco_room:spacing=0.3,furniture=false
 
 from __future__ import annotations
 
-import io
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -16,13 +14,17 @@ from typing import Annotated
 import tyro
 from rich.console import Console
 from rich.table import Table
-from tyro.conf import Positional, subcommand
+from tyro.conf import Positional, arg, subcommand
 
 from scripts.preview import draw_world
+from scripts.runs.files import write_text, write_via
 from worlds.errors import WorldFileError
-from worlds.loader import dump_world, load_world, world_names
+from worlds.loader import load_world, world_names
+from worlds.toml_file import dump_world
 
 HELP = "list the worlds, draw one as a plan, write one as a TOML file"
+
+WorldName = Annotated[Positional[str], arg(metavar="NAME")]
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class ListWorlds:
 
     def run(self) -> None:
         """Print the table."""
-        table = Table("world", "size [m]", "markers", "description", title="Worlds", title_justify="left")
+        table = Table("world", "outer size [m]", "markers", "description", title="Worlds", title_justify="left")
         for name in world_names():
             world = load_world(name)
             x0, y0, x1, y1 = world.bounds
@@ -43,26 +45,24 @@ class ListWorlds:
 class PreviewWorld:
     """Draw the plan of a world: walls, furniture, markers with their ids, start and tour."""
 
-    name: Positional[str]
+    name: WorldName
     """NAME, NAME:option=value,option=value or a path to a .toml file."""
     out: Path
     """Picture to write; its ending says the format: .png, .svg or .pdf."""
 
     def run(self) -> None:
         """Write the picture."""
-        kind = self.out.suffix.lower().lstrip(".")
-        if kind not in ("png", "svg", "pdf"):
+        if self.out.suffix not in (".png", ".svg", ".pdf"):
             raise WorldFileError(str(self.out), None, "must end in .png, .svg or .pdf")
-        picture = io.BytesIO()
-        draw_world(load_world(self.name)).savefig(picture, format=kind)
-        _write(self.out, picture.getvalue())
+        write_via(self.out, draw_world(load_world(self.name)).savefig)
+        print(f"wrote {self.out}")
 
 
 @dataclass(frozen=True)
 class ExportWorld:
     """Write a world as a TOML file, which loads as the same world."""
 
-    name: Positional[str]
+    name: WorldName
     """NAME, NAME:option=value,option=value or a path to a .toml file."""
     out: Path
     """File to write; must end in .toml to be loaded again."""
@@ -71,7 +71,8 @@ class ExportWorld:
         """Write the file."""
         if self.out.suffix != ".toml":
             raise WorldFileError(str(self.out), None, "must end in .toml")
-        _write(self.out, dump_world(load_world(self.name)).encode())
+        write_text(self.out, dump_world(load_world(self.name)))
+        print(f"wrote {self.out}")
 
 
 Command = (
@@ -85,20 +86,9 @@ def main(argv: list[str]) -> int:
     """Run `twin worlds ARGV`; returns the exit code.
 
     Raises:
-        WorldError: no such world, a wrong one, or a file that cannot be written.
+        WorldError: no such world, or a wrong one.
+        OutputError: the file cannot be written.
     """
-    command = tyro.cli(Command, args=argv or ["list"], prog="twin worlds", description=__doc__)  # type: ignore[arg-type]
+    command = tyro.cli(Command, default=ListWorlds(), args=argv, prog="twin worlds", description=__doc__)  # type: ignore[arg-type]
     command.run()
     return 0
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(content)
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise WorldFileError(str(path), None, f"cannot be written: {error.strerror}") from error
-    print(f"wrote {path}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +9,8 @@ from slam.kernels.jit import njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Vector = tuple[float, float, float]
+Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 
 @njit
@@ -118,7 +118,7 @@ def measure(ranges: Singles, normals: Floats, sigmas: tuple[float, float], resol
 
 
 @njit
-def _pose_at(rows: Floats, clock: tuple[float, float], t: float, column: int) -> Any:
+def _pose_at(rows: Floats, clock: tuple[float, float], t: float, column: int) -> tuple[Vector, Matrix]:
     """Position and rotation (row-major, nine numbers) at `t` of the pose that starts in `column`, linear between rows."""
     place = min(max((t - clock[0]) / clock[1], 0.0), len(rows) - 1.0)
     k = min(int(place), max(len(rows) - 2, 0))
@@ -133,7 +133,7 @@ def _pose_at(rows: Floats, clock: tuple[float, float], t: float, column: int) ->
 
 
 @njit
-def _rotation(x: float, y: float, z: float, w: float) -> Any:
+def _rotation(x: float, y: float, z: float, w: float) -> Matrix:
     """Rotation matrix of a unit quaternion, nine numbers row by row."""
     return (
         1.0 - 2.0 * (y * y + z * z),

@@ -11,10 +11,9 @@ import numpy as np
 from hardware.spec import LidarSpec
 from sim import kernels
 from sim.motion import Motion
-from sim.rays import Rays
+from sim.rays import Rays, Singles
 from sim.realism import Realism
 from slam.messages import LaserScan
-from slam.se2 import FloatArray
 
 FIRST_STEP = 44
 """Steps from the device's zero to its first delivered beam."""
@@ -40,9 +39,7 @@ class MovingBody:
 class Lidar:
     """Sweeps every `period`; a scan is measured when its sweep ends and arrives `ARRIVAL` after the device's zero."""
 
-    def __init__(
-        self, spec: LidarSpec, realism: Realism, rays: Rays, bodies: Sequence[MovingBody], rng: np.random.Generator
-    ) -> None:
+    def __init__(self, spec: LidarSpec, realism: Realism, rays: Rays, bodies: Sequence[MovingBody], rng: np.random.Generator) -> None:
         self._spec = spec
         self._sigmas = (realism.range_sigma, realism.range_sigma_share)
         self._rays = rays
@@ -89,7 +86,7 @@ class Lidar:
         )
         return LaserScan(stamp, ranges, self._angles, spec.time_increment, spec.range_min, spec.range_max, spec.T_base_laser)
 
-    def _true_ranges(self, motion: Motion, times: tuple[float, float]) -> FloatArray:
+    def _true_ranges(self, motion: Motion, times: tuple[float, float]) -> Singles:
         rows, clock, reach = motion.rows, motion.clock, REACH * self._spec.range_max
         origins, directions = kernels.beams(rows, clock, times, self._directions, self._mount)
         ranges = self._rays.cast(origins, directions, reach)

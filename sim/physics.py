@@ -110,9 +110,7 @@ class Physics:
         for name, link in links.items():
             group = bodies.ROLLING if name in (*WHEELS, "caster") else bodies.HULL
             bodies.set_group(self._robot, link, group, self.client)
-            pybullet.changeDynamics(
-                self._robot, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, physicsClientId=self.client
-            )
+            pybullet.changeDynamics(self._robot, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, physicsClientId=self.client)
         self._wheels = links[WHEELS[0]], links[WHEELS[1]]
         self._set_motors((0.0, 0.0))
         return self._wheels

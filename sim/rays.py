@@ -50,9 +50,7 @@ class BulletRays:
         ends = origins + np.float32(max_range) * directions
         for start in range(0, len(origins), pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE):
             batch = slice(start, start + pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE)
-            hits = pybullet.rayTestBatch(
-                origins[batch], ends[batch], collisionFilterMask=WORLD | MOVABLE, physicsClientId=self._client
-            )
+            hits = pybullet.rayTestBatch(origins[batch], ends[batch], collisionFilterMask=WORLD | MOVABLE, physicsClientId=self._client)
             fractions = np.array([hit[2] for hit in hits], np.float32)
             found = np.array([hit[0] >= 0 for hit in hits])
             ranges[batch][found] = fractions[found] * np.float32(max_range)

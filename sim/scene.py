@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.se2 import SE2
-from worlds.parts import Cylinder
+from worlds.parts import Box, Cylinder, Wall
 from worlds.world import Solid, World
 
 Triangles = NDArray[np.float32]
@@ -30,11 +30,21 @@ def body_triangles(solid: Solid) -> Triangles:
     return _prism(_footprint(solid), 0.5 * (z_high - z_low)).astype(np.float32)
 
 
-def _placed(solid: Solid) -> NDArray[np.float64]:
-    z_low, z_high = solid.z_span
+def box_size(solid: Wall | Box) -> tuple[float, float, float]:
+    """Sides along the solid's own x, y, z [m]."""
+    return solid.size if isinstance(solid, Box) else (solid.length, solid.thickness, solid.height)
+
+
+def middle(solid: Solid) -> tuple[float, float, float, float]:
+    """Where the solid's own frame is: x, y, z [m] of its middle, yaw [rad]."""
     yaw = 0.0 if isinstance(solid, Cylinder) else solid.yaw
-    footprint = SE2(*solid.centre, yaw).transform(_footprint(solid))
-    return _prism(footprint, 0.5 * (z_high - z_low)) + np.array([0.0, 0.0, 0.5 * (z_low + z_high)])
+    return (*solid.centre, 0.5 * sum(solid.z_span), yaw)
+
+
+def _placed(solid: Solid) -> NDArray[np.float64]:
+    x, y, z, yaw = middle(solid)
+    z_low, z_high = solid.z_span
+    return _prism(SE2(x, y, yaw).transform(_footprint(solid)), 0.5 * (z_high - z_low)) + np.array([0.0, 0.0, z])
 
 
 def _footprint(solid: Solid) -> NDArray[np.float64]:
@@ -42,8 +52,7 @@ def _footprint(solid: Solid) -> NDArray[np.float64]:
     if isinstance(solid, Cylinder):
         angles = np.arange(CYLINDER_SIDES) * (math.tau / CYLINDER_SIDES)
         return solid.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    length, width = (solid.length, solid.thickness) if not hasattr(solid, "size") else solid.size[:2]
-    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([length, width]) / 2
+    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(box_size(solid)[:2]) / 2
 
 
 def _prism(footprint: NDArray[np.float64], half_height: float) -> NDArray[np.float64]:

@@ -27,16 +27,17 @@ def complaint(error: msgspec.ValidationError, content: Any, kind: Any) -> WorldV
     value: object = msgspec.UNSET
     for step in re.findall(r"\w+", path):
         content, kind = content[int(step) if step.isdigit() else step], _inner(kind, step)
-    if unknown := re.match(r"Object contains unknown field (\w+)", problem):
-        path, value = f"{path}.{unknown[1]}".lstrip("."), content[unknown[1]]
-        problem = f"unknown key; allowed: {', '.join(field.encode_name for field in structs.fields(kind))}"
+    if problem.startswith("Object contains unknown"):
+        allowed = [field.encode_name for field in structs.fields(kind)]
+        unknown = next(key for key in content if key not in allowed)
+        path, value, problem = f"{path}.{unknown}", content[unknown], f"unknown key; allowed: {', '.join(allowed)}"
     elif missing := re.match(r"Object missing required field (\w+)", problem):
-        path, problem = f"{path}.{missing[1]}".lstrip("."), "is missing"
+        path, problem = f"{path}.{missing[1]}", "is missing"
     else:
         value = content
     if isinstance(value, float) and not math.isfinite(value):
         problem = "must be a finite number"
-    return WorldValueError(path, value, problem)
+    return WorldValueError(path.lstrip("."), value, problem)
 
 
 def _split(error: msgspec.ValidationError) -> tuple[str, str]:

@@ -6,9 +6,6 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
-import tomli_w
-
 from worlds.errors import UnknownWorldError, WorldOptionError
 from worlds.generators import GENERATORS, Generator
 from worlds.toml_file import read_world
@@ -40,11 +37,6 @@ def load_world(text: str) -> World:
     if options:
         raise WorldOptionError(name, options, "this world is measured, it has no options")
     return read_world(FOLDER / f"{name}.toml")
-
-
-def dump_world(world: World) -> str:
-    """TOML text that reads back as an equal world."""
-    return tomli_w.dumps(msgspec.to_builtins(world))
 
 
 def _generator(name: str, options: str) -> Generator:

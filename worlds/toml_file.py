@@ -1,19 +1,18 @@
-"""World files: TOML text to a `World`, and the line of whatever is wrong in it.
-
-`tomllib` keeps no line numbers, so a complaint's path (`box[2].size[1]`) is looked up in the text: the third `[[box]]`
-header, then the line of its key.
-"""
+"""World files: TOML text to a `World` and back."""
 
 from __future__ import annotations
 
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import msgspec
+import tomli_w
 
 from worlds.complaints import complaint
 from worlds.errors import WorldFileError, WorldValueError
+from worlds.lines import line_of
 from worlds.world import World
 
 
@@ -51,30 +50,29 @@ def parse_world(text: str, name: str) -> World:
         raise WorldFileError(name, line_of(text, error.key), str(error)) from error
 
 
-def line_of(text: str, key: str) -> int | None:
-    """Line number, from 1, of the key at a path such as `box[2].size[1]`; of its table's header where it is absent."""
-    table, index, entry = _split(key)
-    lines = text.splitlines()
-    first, header = 0, None
-    headers = [i for i, line in enumerate(lines) if re.match(rf"\s*\[\[\s*{table}\s*\]\]", line)]
-    if headers and index < len(headers):
-        first, header, wanted = headers[index] + 1, headers[index], entry
-    else:
-        wanted = table
-    for i in range(first, len(lines)):
-        if re.match(r"\s*\[\[?\s*[A-Za-z_]\w*\s*\]", lines[i]):
-            break
-        if re.match(rf"\s*[\"']?{wanted}[\"']?\s*=", lines[i]):
-            return i + 1
-    return None if header is None else header + 1
+def dump_world(world: World) -> str:
+    """TOML text that reads back as an equal world."""
+    content: dict[str, Any] = msgspec.to_builtins(world)
+    tables: dict[str, list[dict[str, Any]]] = {name: content.pop(name) for name in ("wall", "box", "cylinder", "marker")}
+    blocks = [_keys(content), *(f"[[{name}]]\n{_keys(entry)}" for name, entries in tables.items() for entry in entries)]
+    return "\n".join(blocks)
 
 
-def _split(key: str) -> tuple[str, int, str]:
-    match = re.match(r"(\w+)(?:\[(\d+)\])?(?:\.(\w+))?", key)
-    return (match[1], int(match[2] or 0), match[3] or "") if match else ("", 0, "")
+def _keys(entries: dict[str, Any]) -> str:
+    return "".join(f"{key} = {_value(value)}\n" for key, value in entries.items())
+
+
+def _value(value: Any) -> str:  # noqa: ANN401
+    # tomli_w puts every number of a list on a line of its own; points are read as points on one line.
+    if not isinstance(value, (list, tuple)):
+        return tomli_w.dumps({"key": value}).removeprefix("key = ").rstrip("\n")
+    items: list[str] = [_value(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    if items and items[0].startswith("["):
+        return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
+    return f"[{', '.join(items)}]"
 
 
 def _syntax_error(name: str, text: str, problem: str) -> WorldFileError:
     place = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", problem)
-    line = int(place[1]) if place and place[1] else len(text.splitlines())
+    line = int(place[1]) if place and place[1] else text.count("\n") + 1
     return WorldFileError(name, line, f"not TOML: {problem[: place.start()] if place else problem}")

@@ -1,7 +1,7 @@
 """CARMEN logs: `PARAM`, `ODOM`, `FLASER`. Other records of the format are passed over.
 
-    ODOM x y theta tv rv accel time host logger_time
-    FLASER n r_1 .. r_n laser_x laser_y laser_theta x y theta time host logger_time
+ODOM x y theta tv rv accel time host logger_time
+FLASER n r_1 .. r_n laser_x laser_y laser_theta x y theta time host logger_time
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ class CoreSlamLog(TextLog):
         self._put("odometry", arrival, WheelOdometry(stamp, self._T_odom_base, twist, wheels))
 
     def _put_scan(self, lidar: LidarSpec, time: float, ranges: FloatArray) -> None:
-        first_beam = time - STEP_ZERO_AGE + FIRST_STEP * lidar.time_increment
+        first_beam = round(time - STEP_ZERO_AGE + FIRST_STEP * lidar.time_increment, 9)
         stamp, arrival = self._order.place("scans", first_beam, max(time, self._order.last("odometry")))
         scan = LaserScan(stamp, ranges, lidar.angles, lidar.time_increment, lidar.range_min, lidar.range_max, lidar.T_base_laser)
         self._put("scans", arrival, scan)

@@ -103,7 +103,7 @@ def match(
         pose[1] -= s1
         pose[2] -= s2
         step = max(abs(s0), abs(s1), abs(s2))
-        target = max(floor, 3.0 * rms)
+        target = max(floor, 0.0 * rms)
         settled = kernel <= 1.01 * target
         kernel = max(target, shrink * kernel)
         converged = step < 20.0 * tolerance

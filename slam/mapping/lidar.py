@@ -11,6 +11,7 @@ from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.scan_trajectory import ScanTrajectory
+from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
@@ -25,8 +26,11 @@ class Lidar:
 
     map: MapSettings = field(default_factory=MapSettings)
     matcher: GaussNewton = field(default_factory=GaussNewton)
+    search: Correlative = field(default_factory=Correlative)
     noise: MotionNoise = field(default_factory=MotionNoise)
     keyframes: KeyframeGate = field(default_factory=KeyframeGate)
+    search_above: float = 0.2
+    """Expected error of the guess from which the window is searched before refining [m]."""
     inliers_min: float = 0.3
     """Share of a scan's points that must lie near a known surface for its match to count."""
     deviation_start: float = 0.1
@@ -99,7 +103,10 @@ class LidarPipeline:
         s = self._settings
         prior = s.noise.with_floor(increment) * self._inflation
         prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
-        match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, 3.0 * self._deviation)
+        start, width = guess, 3.0 * self._deviation
+        if width > s.search_above:
+            start, width = s.search.search(self._mapper.field, cloud.points, guess), s.search_above
+        match = s.matcher.match(self._mapper.field, cloud.points, start, prior, width)
         self._match = match
         if not match.converged or match.inliers < s.inliers_min:
             self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)

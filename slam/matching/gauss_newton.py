@@ -23,11 +23,11 @@ class GaussNewton:
 
     iterations: int = 30
     """Most Gauss-Newton steps."""
-    kernel_min: float = 0.02
+    kernel_min: float = 0.1
     """Narrowest kernel [m]."""
-    kernel_max: float = 1.0
+    kernel_max: float = 0.5
     """Widest kernel [m]; never beyond the reach of the field."""
-    shrink: float = 0.8
+    shrink: float = 0.7
     """Share of the kernel width that remains from step to step."""
     tolerance: float = 1e-4
     """Converged when no component moves more than this [m or rad]."""

@@ -20,7 +20,7 @@ class SurfaceField:
 
     def __init__(self, grid: OccupancyGrid, reach: float = 1.0) -> None:
         """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
-        self._radius = max(1, round(reach / grid.geometry.resolution))
+        self.radius = max(1, round(reach / grid.geometry.resolution))
         self.resolution = grid.geometry.resolution
         self.T_grid_map = grid.geometry.T_map_grid.inverse()
         shape = grid.log_odds.shape
@@ -37,8 +37,8 @@ class SurfaceField:
         before = self._occupied.reshape(-1)[changed]
         self._occupied.reshape(-1)[changed] = now
         gone, new = changed[before & ~now], changed[now & ~before]
-        kernels.detach(self.nearest, self._occupied, gone, self._radius)
-        kernels.attach(self.nearest, new, self._radius)
+        kernels.detach(self.nearest, self._occupied, gone, self.radius)
+        kernels.attach(self.nearest, new, self.radius)
         refit = self._with_neighbours(np.concatenate([changed[now], gone]))
         kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, self.resolution)
 
