@@ -42,8 +42,8 @@ def draw_world(world: World) -> Figure:
 def _style(axes: Axes, world: World) -> None:
     x0, y0, x1, y1 = world.bounds
     axes.set(xlim=(x0 - MARGIN, x1 + MARGIN), ylim=(y0 - MARGIN, y1 + MARGIN), aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    axes.set_title(f"{world.name}   ", loc="left", fontsize=15, fontweight="bold", color=INK)
-    axes.set_title(world.description, loc="right", fontsize=10, color=INK)
+    axes.set_title(world.name, loc="left", fontsize=15, fontweight="bold", color=INK, parse_math=False)
+    axes.set_title(world.description, loc="right", fontsize=10, color=INK, parse_math=False)
     axes.set_facecolor(FLOOR)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(1.0))

@@ -10,10 +10,11 @@ import numpy as np
 
 from hardware.spec import LidarSpec
 from sim import kernels
-from sim.motion import Motion
+from sim.motion import STEP, Motion
 from sim.rays import Rays, Singles
 from sim.realism import Realism
 from slam.messages import LaserScan
+from slam.se2 import FloatArray
 
 FIRST_STEP = 44
 """Steps from the device's zero to its first delivered beam."""
@@ -78,7 +79,7 @@ class Lidar:
         """One scan whose first beam leaves at `stamp` [s], with distortion and noise."""
         spec = self._spec
         ranges = kernels.measure(
-            self._true_ranges(motion, (stamp, spec.time_increment)),
+            self._true_ranges(motion, stamp),
             self._rng.standard_normal(spec.beams),
             self._sigmas,
             RESOLUTION,
@@ -86,12 +87,20 @@ class Lidar:
         )
         return LaserScan(stamp, ranges, self._angles, spec.time_increment, spec.range_min, spec.range_max, spec.T_base_laser)
 
-    def _true_ranges(self, motion: Motion, times: tuple[float, float]) -> Singles:
-        rows, clock, reach = motion.rows, motion.clock, REACH * self._spec.range_max
-        origins, directions = kernels.beams(rows, clock, times, self._directions, self._mount)
+    def _true_ranges(self, motion: Motion, stamp: float) -> Singles:
+        reach = REACH * self._spec.range_max
+        frames, times = self._frames(motion, stamp, 0)
+        origins, directions = kernels.beams(frames, times, self._directions, self._mount)
         ranges = self._rays.cast(origins, directions, reach)
         for body in self._bodies:
-            hit, o, d = kernels.beams_at_body(rows, clock, times, (body.column, body.radius), (origins, directions, ranges))
+            frames, times = self._frames(motion, stamp, body.column)
+            hit, o, d = kernels.beams_at_body(frames, times, body.radius, (origins, directions, ranges))
             if len(hit):
                 ranges[hit] = np.minimum(ranges[hit], body.rays.cast(o, d, reach))
         return ranges
+
+    def _frames(self, motion: Motion, stamp: float, column: int) -> tuple[FloatArray, tuple[float, float]]:
+        """Frames at the physics steps round the sweep, and the beams' times as places among them."""
+        increment = self._spec.time_increment
+        poses, first = motion.poses_between(stamp, stamp + (self._spec.beams - 1) * increment, column)
+        return kernels.frames_of(poses), ((stamp - first) / STEP, increment / STEP)

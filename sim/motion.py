@@ -39,16 +39,6 @@ class Motion:
         return (self.steps - 1) * STEP
 
     @property
-    def rows(self) -> FloatArray:
-        """(K, 9 + 7 bodies) rows of the last half second at least."""
-        return self._rows[: self._count]
-
-    @property
-    def clock(self) -> tuple[float, float]:
-        """Time of the first of `rows` and time from row to row [s]."""
-        return self._first * STEP, STEP
-
-    @property
     def track(self) -> FloatArray:
         """(steps, 3) x, y [m], yaw [rad] of T_world_base at every step since the start."""
         return self._track[: self.steps]
@@ -66,6 +56,17 @@ class Motion:
         """Row at time `t` [s], columns interpolated one by one: good for angles and positions, not for quaternions."""
         k, f = self._place(t, self._first, self._count)
         return self._rows[k] + f * (self._rows[min(k + 1, self._count - 1)] - self._rows[k])
+
+    def poses_between(self, start: float, end: float, column: int = 0) -> tuple[FloatArray, float]:
+        """Poses (K, 7) that start in `column`, one a physics step, two at least, from before `start` to after `end` [s].
+
+        Returns:
+            The poses and the time of the first one [s].
+        """
+        first = min(max(int(start / STEP) - self._first, 0), max(self._count - 2, 0))
+        last = min(math.ceil(end / STEP) - self._first, self._count - 1)
+        poses = self._rows[[0, 0]] if self._count == 1 else self._rows[first : max(last, first + 1) + 1]
+        return poses[:, column : column + 7], (self._first + first) * STEP
 
     def pose_at(self, t: float) -> SE2:
         """T_world_base at any past time."""

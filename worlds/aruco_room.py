@@ -100,10 +100,10 @@ def _room_walls(size: float) -> tuple[Wall, ...]:
 def _boxes(scale: float) -> tuple[Box, ...]:
     placed = [
         Box((0.35, 1.75), (0.8, 0.35, 0.9), yaw=0.12, name="cupboard"),
-        Box((-0.25, -1.65), (0.4, 0.4, 0.4), yaw=0.6, name="crate"),
+        Box((-0.45, -1.7), (0.4, 0.4, 0.4), yaw=0.6, name="crate"),
         Box((-1.95, 1.95), (0.6, 0.25, 0.8), yaw=math.pi / 4, name="shelf"),
         Box((-1.0, 0.05), (0.54, 0.4, 0.03), yaw=0.25, z=0.7, name="table top"),
-        Box((2.05, -1.95), (0.3, 0.25, 0.3), yaw=-0.4, mass=1.0, name="parcel"),
+        Box((2.0, 1.9), (0.3, 0.25, 0.3), yaw=-0.4, mass=1.0, name="parcel"),
     ]
     return tuple(Box(_moved(box.centre, scale), box.size, round(box.yaw, 4), box.z, box.mass, box.name) for box in placed)
 

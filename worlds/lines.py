@@ -31,7 +31,7 @@ def _key_line(lines: list[str], first: int, key: str) -> int | None:
     for i in range(first, len(lines)):
         if re.match(_HEADER.format(r"[A-Za-z_][\w.-]*"), lines[i]):
             return None
-        if re.match(rf"\s*[\"']?{key}[\"']?\s*=", lines[i]):
+        if re.match(rf"\s*[\"']?{key}[\"']?\s*[=.]", lines[i]):
             return i
     return None
 

@@ -74,5 +74,7 @@ def _value(value: Any) -> str:  # noqa: ANN401
 
 def _syntax_error(name: str, text: str, problem: str) -> WorldFileError:
     place = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", problem)
-    line = int(place[1]) if place and place[1] else text.count("\n") + 1
-    return WorldFileError(name, line, f"not TOML: {problem[: place.start()] if place else problem}")
+    if place is None:
+        return WorldFileError(name, None, f"not TOML: {problem.split(';', maxsplit=1)[0]}")
+    line = int(place[1] or text.count("\n") + 1)
+    return WorldFileError(name, line, f"not TOML: {problem[: place.start()]}")

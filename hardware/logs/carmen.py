@@ -77,7 +77,9 @@ class CarmenLog(TextLog):
         if len(fields) < 3:
             raise ValueError("PARAM needs a name and a value")
         if fields[1] in (b"robot_frontlaser_offset", b"laser_front_laser_resolution", b"robot_front_laser_max"):
-            self._parameters[fields[1]] = float(fields[2])
+            self._parameters[fields[1]] = value = float(fields[2])
+            if not math.isfinite(value):
+                raise ValueError(f"{fields[1].decode()} is {value}, must be finite")
 
     def _take_odometry(self, fields: list[bytes]) -> None:
         if len(fields) != 10:
@@ -93,7 +95,7 @@ class CarmenLog(TextLog):
 
     def _take_scan(self, fields: list[bytes]) -> None:
         beams = int(fields[1]) if len(fields) > 1 else 0
-        if beams <= 0 or len(fields) != beams + 11:
+        if beams < 2 or len(fields) != beams + 11:
             raise ValueError(f"FLASER of {beams} beams has {len(fields)} fields, {beams + 11} expected")
         ranges = np.array([float(field) for field in fields[2 : beams + 2]])
         x, y, theta, time = (float(field) for field in fields[beams + 5 : beams + 9])

@@ -7,7 +7,7 @@ length, `d*` a sequence, `s` a string, `s*` a sequence of strings. OMG, "DDS-XTy
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,10 +40,11 @@ def decode(layout: str, message: bytes) -> list[Any]:
     return [cursor.take(token) for token in layout.split()]
 
 
-def _put(message: bytearray, token: str, value: Any) -> None:
+def _put(message: bytearray, token: str, value: object) -> None:
     if token == "s*":
-        _put(message, "I", len(value))
-        for text in value:
+        texts = cast(Sequence[str], value)
+        _put(message, "I", len(texts))
+        for text in texts:
             _put(message, "s", text)
     elif token == "s":
         text = str(value).encode() + b"\0"

@@ -72,7 +72,7 @@ class CoreSlamLog(TextLog):
             raise ValueError(f"{len(fields)} columns, {self._columns} expected")
         time = int(fields[TIME_COLUMN]) / 1_000_000
         left, right = (int(fields[column]) for column in TICK_COLUMNS)
-        ranges = np.array([int(field) for field in fields[FIRST_RANGE_COLUMN : FIRST_RANGE_COLUMN + lidar.beams]])
+        ranges = np.array([int(field) for field in fields[FIRST_RANGE_COLUMN : FIRST_RANGE_COLUMN + lidar.beams]], dtype=np.int64)
         angle_per_tick = 2.0 * np.pi / drive.counts_per_turn
         self._put_odometry(drive, time, (left * angle_per_tick, right * angle_per_tick))
         self._put_scan(lidar, time, _metres(ranges))

@@ -1,4 +1,4 @@
-"""MCAP files as they are found: finished, or cut where their writer was killed. https://mcap.dev/spec"""
+"""MCAP files (https://mcap.dev/spec) as they are found: finished, or cut where their writer was killed."""
 
 from __future__ import annotations
 

@@ -172,7 +172,9 @@ class ReadingDecoder:
                 return "commands", Command(_stamp(seconds, nanosecond), _twist(values))
             case "/joint_states":
                 self._joints(message)
-        return None
+                return None
+            case _:
+                return None
 
     def _scan(self, message: bytes) -> LaserScan:
         seconds, nanosecond, _, _, ranges, _ = decode(TOPICS["/scan"].layout, message)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import msgspec
 import numpy as np
 
-from hardware.errors import HardwareError, SpecError
+from hardware.errors import SpecError
 from hardware.spec import RobotSpec
+from slam.se2 import FloatArray
 from slam.se3 import SE3
 
 
@@ -25,7 +26,7 @@ def parse_spec(text: str) -> RobotSpec:
         SpecError: it is not one.
     """
     try:
-        tree: Any = msgspec.json.decode(text)
+        tree: object = msgspec.json.decode(text)
     except msgspec.DecodeError as error:
         raise SpecError(f"the robot's specification is not JSON: {error}") from error
     return _build(tree, "the recorded specification")
@@ -38,37 +39,55 @@ def read_spec(path: Path) -> RobotSpec:
         SpecError: the file cannot be read or a value is impossible.
     """
     try:
-        tree: Any = msgspec.toml.decode(path.read_bytes())
+        tree: object = msgspec.toml.decode(path.read_bytes())
     except OSError as error:
         raise SpecError(f"robot specification {path}: cannot be read: {error.strerror}") from error
     except msgspec.DecodeError as error:
         raise SpecError(f"robot specification {path}: not TOML: {error}") from error
-    return _build(_mounts(tree), f"robot specification {path}")
+    spec = _build(_mounts(tree), f"robot specification {path}")
+    _refuse_unknown(_mounts(tree), msgspec.to_builtins(spec, enc_hook=_encode), f"robot specification {path}")
+    return spec
 
 
-def _build(tree: Any, what: str) -> RobotSpec:
+def _build(tree: object, what: str) -> RobotSpec:
     try:
         return msgspec.convert(tree, RobotSpec, dec_hook=_decode)
     except (msgspec.ValidationError, ValueError) as error:
         raise SpecError(f"{what}: {error}") from error
 
 
-def _mounts(tree: Any) -> Any:
-    """Mounts given as xyz and rpy, as rotation and translation."""
+def _refuse_unknown(tree: object, known: object, where: str) -> None:
+    """Raise SpecError for a misspelt name: msgspec passes over it."""
+    if isinstance(tree, dict) and isinstance(known, dict):
+        fields = cast(dict[str, object], known)
+        for name, branch in cast(dict[str, object], tree).items():
+            if name not in fields:
+                raise SpecError(f"{where}: no field '{name}'; there are {', '.join(fields)}")
+            _refuse_unknown(branch, fields[name], where)
+
+
+def _mounts(tree: object) -> object:
+    """The same tree, with mounts given as xyz and rpy turned into rotation and translation."""
     if not isinstance(tree, dict):
         return tree
-    return {key: _mount(value) if key.startswith("T_") else _mounts(value) for key, value in tree.items()}
+    branches = cast(dict[str, object], tree)
+    if branches and branches.keys() <= {"xyz", "rpy"}:
+        T = SE3.from_xyz_rpy(_triple(branches, "xyz"), _triple(branches, "rpy"))
+        return {"R": T.R.tolist(), "t": T.t.tolist()}
+    return {key: _mounts(branch) for key, branch in branches.items()}
 
 
-def _mount(value: dict[str, Any]) -> Any:
-    T = SE3.from_xyz_rpy(tuple(value.get("xyz", (0.0, 0.0, 0.0))), tuple(value.get("rpy", (0.0, 0.0, 0.0))))
-    return {"R": T.R.tolist(), "t": T.t.tolist()}
+def _triple(mount: dict[str, object], name: str) -> tuple[float, float, float]:
+    try:
+        return msgspec.convert(mount.get(name, (0.0, 0.0, 0.0)), tuple[float, float, float])
+    except msgspec.ValidationError as error:
+        raise SpecError(f"{name} = {mount[name]} of a mount: {error}; three numbers are right") from error
 
 
-def _encode(value: Any) -> Any:
-    return value.tolist()
+def _encode(array: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[object]:
+    return array.tolist()
 
 
-def _decode(kind: type, value: Any) -> Any:
+def _decode(kind: type, values: list[object]) -> FloatArray:
     del kind
-    return np.array(value, dtype=np.float64)
+    return np.array(values, dtype=np.float64)

@@ -35,7 +35,7 @@ def read_rows(path: Path, take: Callable[[list[bytes]], None]) -> None:
             continue
         try:
             take(fields)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             if number < len(lines):
                 raise RecordingError(path, f"line {number}: {error}; correct or remove that line") from error
             _log.warning("%s: line %d, the last, is cut and was dropped (%s)", path, number, error)

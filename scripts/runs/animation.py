@@ -83,7 +83,7 @@ def _draw_frame(run: RunRecord, scene: Scene, viewport: Viewport, frame: KeyFram
     for segment in scene.walls.reshape(-1, 2, 2):
         draw.line(viewport.pixels(segment), fill=palette.TRUTH, width=FINE)
     if scene.truth is not None:
-        _draw_path(draw, viewport, scene.truth, frame.stamp, palette.TRUTH)
+        _draw_path(draw, viewport, scene.truth, frame.stamp, palette.TRUTH_PALE, 6)
     _draw_path(draw, viewport, scene.odometry, frame.stamp, palette.ODOMETRY)
     _draw_path(draw, viewport, scene.estimate, frame.stamp, palette.ESTIMATE)
     for x, y in viewport.pixels(scene.T_world_map.transform(frame.points)):
@@ -112,13 +112,13 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _draw_path(draw: ImageDraw.ImageDraw, viewport: Viewport, path: Trajectory, until: float, colour: str) -> None:
+def _draw_path(draw: ImageDraw.ImageDraw, viewport: Viewport, path: Trajectory, until: float, colour: str, width: int = 2) -> None:
     count = int(np.searchsorted(path.stamps, until, side="right"))
     if count == 0:
         return
     step = 1 + len(path) // 1500
     points = np.concatenate([path.poses[:count:step, :2], sample(path, np.array([until]))[:, :2]])
-    draw.line(viewport.pixels(points), fill=colour, width=2 * FINE, joint="curve")
+    draw.line(viewport.pixels(points), fill=colour, width=width * FINE, joint="curve")
 
 
 def _draw_robot(draw: ImageDraw.ImageDraw, viewport: Viewport, pose: SE2) -> None:

@@ -48,7 +48,7 @@ def write_report_png(path: Path, run: RunRecord) -> None:
     _draw_curve(lower, heading)
     lower.set_xlabel("time [s]", color=palette.MUTED)
     _draw_headlines(figure, headlines(run.metrics))
-    write_via(path, lambda partial: canvas.print_png(partial))
+    write_via(path, canvas.print_png)
 
 
 def _draw_map(axes: Axes, grid: OccupancyGrid, scene: Scene) -> None:
@@ -56,9 +56,9 @@ def _draw_map(axes: Axes, grid: OccupancyGrid, scene: Scene) -> None:
     _draw_cells(axes, grid, scene.T_world_map)
     axes.add_collection(LineCollection(scene.walls.reshape(-1, 2, 2), colors=palette.TRUTH, linewidths=1.1, zorder=2))
     if scene.truth is not None:
-        _draw_path(axes, scene.truth, palette.TRUTH, 5.0, 0.45, "truth")
-    _draw_path(axes, scene.odometry, palette.ODOMETRY, 1.6, 1.0, "odometry")
-    _draw_path(axes, scene.estimate, palette.ESTIMATE, 1.8, 1.0, "estimate")
+        _draw_path(axes, scene.truth, palette.TRUTH_PALE, 5.0, "truth")
+    _draw_path(axes, scene.odometry, palette.ODOMETRY, 1.6, "odometry")
+    _draw_path(axes, scene.estimate, palette.ESTIMATE, 1.8, "estimate")
     _draw_ends(axes, scene.estimate)
     x_limits, y_limits = _fill_panel(scene.bounds)
     axes.set(xlim=x_limits, ylim=y_limits, xticks=[], yticks=[], aspect="auto")
@@ -96,9 +96,9 @@ def _draw_cells(axes: Axes, grid: OccupancyGrid, T_world_map: SE2) -> None:
     )
 
 
-def _draw_path(axes: Axes, path: Trajectory, colour: str, width: float, alpha: float, label: str) -> None:
+def _draw_path(axes: Axes, path: Trajectory, colour: str, width: float, label: str) -> None:
     x, y = path.poses[:: 1 + len(path) // MOST_POINTS, :2].T
-    axes.plot(x, y, color=colour, lw=width, alpha=alpha, label=label, solid_capstyle="round", solid_joinstyle="round", zorder=3)
+    axes.plot(x, y, color=colour, lw=width, label=label, solid_capstyle="round", solid_joinstyle="round", zorder=3)
 
 
 def _draw_ends(axes: Axes, path: Trajectory) -> None:

@@ -1,0 +1,46 @@
+"""`report.html`: one page with the pictures and the figures of a run."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+from string import Template
+
+from scripts.runs.files import write_text
+from scripts.runs.record import RunRecord
+
+_PAGE = Template("""<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>$title</title>
+<style>
+  body { font: 16px/1.5 system-ui, sans-serif; color: #22303c; background: #f7f8f9; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
+  img { max-width: 100%; border: 1px solid #dde2e6; border-radius: 6px; background: #fff; }
+  section { display: flex; flex-wrap: wrap; gap: 2rem; align-items: flex-start; margin-top: 1.5rem; }
+  table { border-collapse: collapse; background: #fff; }
+  td { padding: .25rem .9rem; border: 1px solid #dde2e6; }
+  td + td { text-align: right; font-variant-numeric: tabular-nums; }
+</style>
+<h1>$title</h1>
+<img src="report.png" alt="Map, trajectories and errors over time">
+<section>
+<img src="run.gif" alt="The run as it happened" style="flex: 1 1 24rem; max-width: 36rem">
+<table>
+$rows
+</table>
+</section>
+<p>Beside this page: <a href="metrics.json">metrics.json</a>, <a href="config.toml">config.toml</a>, map.pgm + map.yaml (map_server),
+trajectory.tum, trajectory_final.tum and odometry.tum (TUM format).</p>
+</html>
+""")
+
+
+def write_page(path: Path, run: RunRecord) -> None:
+    """Write the page; it shows report.png and run.gif from its own folder.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.6g}</td></tr>" for key, value in run.metrics.items())
+    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows))
