@@ -9,15 +9,16 @@ from typing import Self
 
 from hardware.errors import RecordingError
 from hardware.hal import Robot
-from hardware.logs import ros_messages
+from hardware.logs import ros_writing
+from hardware.logs.exact import nanoseconds
 from hardware.logs.mcap_writer import BagWriter
 from hardware.logs.spec_file import write_spec
 from slam.se2 import SE2
 
 _log = logging.getLogger(__name__)
 
-CHUNK_PERIOD = 1.0
-"""The most that a kill can lose, on the robot's clock [s]."""
+CHUNK_PERIOD = 0.9
+"""Time after which a chunk is closed [s] on the robot's clock: with a tick to spare, a kill loses less than a second."""
 
 
 class Recorder:
@@ -38,9 +39,9 @@ class Recorder:
         self._chunk_start = now
         self._write(
             [
-                ros_messages.text("/robot_spec", write_spec(robot.spec)),
-                ros_messages.text("/robot_description", urdf),
-                ros_messages.mounts(robot.spec, now),
+                ros_writing.text("/robot_spec", write_spec(robot.spec)),
+                ros_writing.text("/robot_description", urdf),
+                ros_writing.mounts(robot.spec, now),
             ]
         )
 
@@ -58,7 +59,7 @@ class Recorder:
         """
         for subscription in self._subscriptions.values():
             for reading in subscription.take():
-                self._write(ros_messages.written(reading))
+                self._write(ros_writing.written(reading))
         now = self._robot.clock.now()
         if now - self._chunk_start >= CHUNK_PERIOD:
             self._chunk_start = now
@@ -66,7 +67,7 @@ class Recorder:
 
     def add_truth(self, stamp: float, x: float, y: float, yaw: float) -> None:
         """Record the true pose in `world` at `stamp` [s, m, rad], as a topic of its own that no `Robot` gives back."""
-        self._write([ros_messages.ground_truth(stamp, SE2(x, y, yaw))])
+        self._write([ros_writing.ground_truth(stamp, SE2(x, y, yaw))])
 
     def close(self) -> None:
         """Finish the recording: footer, final name, `metadata.yaml`. May be called twice.
@@ -81,7 +82,7 @@ class Recorder:
         self._let_go()
 
     def _write(self, messages: Iterable[tuple[str, bytes]]) -> None:
-        writer, now_ns = self._open_writer(), ros_messages.nanoseconds(self._robot.clock.now())
+        writer, now_ns = self._open_writer(), nanoseconds(self._robot.clock.now())
         for topic, message in messages:
             writer.write(topic, now_ns, message)
 

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, cast
 
 from hardware.errors import NotOpenError
 from hardware.hal import Command, Health
-from hardware.logs.log import Event, Log
+from hardware.logs.log import Log
 from hardware.logs.registry import open_log
 from hardware.logs.spec_file import read_spec
 from hardware.queues import EventQueue, Subscription
+from hardware.replay_clock import ReplayClock
 from hardware.spec import RobotSpec
 from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
 
 CHANNELS = ("odometry", "imu", "scans", "commands")
 HOLD_LIMIT = 1.0
 """A scan is not held longer than this for odometry that does not come [s]."""
-
-RESOLUTION = 1e-9
-"""Recordings count whole nanoseconds: a reading is due at `t` when it is as near as that [s]."""
 
 
 @dataclass(frozen=True)
@@ -42,58 +40,6 @@ class Replay:
         """
         path = Path(self.path)
         return ReplayRobot(open_log(path, None if self.spec is None else read_spec(Path(self.spec))))
-
-
-class ReplayClock:
-    """The time of the recording: it moves from reading to reading."""
-
-    def __init__(self, log: Log, queues: Mapping[str, EventQueue[Any]]) -> None:
-        self._log = log
-        self._queues = queues
-        self._events: Iterator[Event] | None = None
-        self._next: Event | None = None
-        self._now = log.span[0]
-
-    @property
-    def running(self) -> bool:
-        """Between `start` and `stop`."""
-        return self._events is not None
-
-    @property
-    def ended(self) -> bool:
-        """Everything recorded has been delivered."""
-        return self._next is None
-
-    def now(self) -> float:
-        """Time on the recording's own clock [s]; it starts at the first reading's."""
-        return self._now
-
-    def sleep_until(self, t: float) -> bool:
-        """Go on to the next reading or to `t` [s], whichever comes first. False: there is no more.
-
-        Raises:
-            NotOpenError: outside the robot's `open()` .. `close()`.
-            RecordingError: the recording cannot be read on.
-        """
-        if self._events is None:
-            raise NotOpenError
-        if self._next is None:
-            return False
-        self._now = max(self._now, t if t <= self._next.arrival + RESOLUTION else self._next.arrival)
-        while self._next is not None and self._next.arrival <= self._now + RESOLUTION:
-            self._queues[self._next.channel].put(self._next.message)
-            self._next = next(self._events, None)
-        return True
-
-    def start(self) -> None:
-        """Back to the first reading."""
-        self._events = self._log.events()
-        self._next = next(self._events, None)
-        self._now = self._log.span[0]
-
-    def stop(self) -> None:
-        """Let go of the recording."""
-        self._events = self._next = None
 
 
 class ReplayRobot:
@@ -128,14 +74,17 @@ class ReplayRobot:
         return self._log.span
 
     def open(self) -> None:
-        """Go to the first reading.
+        """Go to the first reading; an open recording stays where it is.
 
         Raises:
             RecordingError: the recording cannot be read; nothing is held.
         """
-        self.close()
+        if self._clock.running:
+            return
         self._clock.start()
-        self._pending = {channel: queue.subscribe() for channel, queue in self._queues.items()}
+        for queue in self._queues.values():
+            queue.latest = None
+        self._pending = {channel: self._queues[channel].subscribe() for channel in ("odometry", "imu", "scans")}
         self._held, self._covered = [], float("-inf")
 
     def close(self) -> None:

@@ -82,7 +82,9 @@ class Odometer:
         return WheelOdometry(stamp, self._T_odom_base, twist, angles)
 
     def _quantised(self, angle: float) -> float:
-        return math.floor(angle * self._spec.counts_per_turn / math.tau) * (math.tau / self._spec.counts_per_turn)
+        # Half a count: the wheels start in the middle of one, or settling on the floor would show as a whole count.
+        counts = math.floor(angle * self._spec.counts_per_turn / math.tau + 0.5)
+        return counts * (math.tau / self._spec.counts_per_turn)
 
 
 def _approach(rate: float, target: float) -> float:

@@ -44,7 +44,7 @@ class Motion:
         return self._track[: self.steps]
 
     def append(self, rows: list[tuple[float, ...]]) -> None:
-        """Add rows whose leading pose is that of PyBullet's inertial frame."""
+        """Add rows, 256 at most at a time, whose leading pose is that of PyBullet's inertial frame."""
         self._make_room(len(rows))
         added = self._rows[self._count : self._count + len(rows)]
         added[:] = rows

@@ -15,6 +15,9 @@ from sim.scene import Triangles
 
 Singles = NDArray[np.float32]
 
+BULLET_BATCH = 8192
+"""Rays to a call: at its documented limit of 16384 PyBullet loses some (bullet3 #4215)."""
+
 
 class Rays(Protocol):
     """Something that rays can hit."""
@@ -48,8 +51,8 @@ class BulletRays:
         """See `Rays.cast`; origins and directions in the world."""
         ranges = np.full(len(origins), np.inf, np.float32)
         ends = origins + np.float32(max_range) * directions
-        for start in range(0, len(origins), pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE):
-            batch = slice(start, start + pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE)
+        for start in range(0, len(origins), BULLET_BATCH):
+            batch = slice(start, start + BULLET_BATCH)
             hits = pybullet.rayTestBatch(origins[batch], ends[batch], collisionFilterMask=WORLD | MOVABLE, physicsClientId=self._client)
             fractions = np.array([hit[2] for hit in hits], np.float32)
             found = np.array([hit[0] >= 0 for hit in hits])

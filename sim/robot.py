@@ -15,6 +15,7 @@ from sim.realism import REALISMS
 from sim.simulation import Simulation
 from slam.messages import LaserScan, SensorFrame, Twist
 from worlds.loader import load_world
+from worlds.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,7 @@ class SimRobot:
             WorldError: the world cannot be read; nothing is held.
         """
         if not self._open:
-            self._start(self._parameters.seed)
+            self._start(load_world(self._parameters.world), self._parameters.seed)
 
     def close(self) -> None:
         """Stop the physics. May be called twice."""
@@ -102,9 +103,9 @@ class SimRobot:
 
     def reset(self, seed: int) -> None:
         """Back to the start pose at time zero, with the noise of `seed`; readings that nobody took are gone."""
-        _ = self.running
+        world = self.running.world
         self.close()
-        self._start(seed)
+        self._start(world, seed)
 
     def __enter__(self) -> Self:
         self.open()
@@ -137,9 +138,8 @@ class SimRobot:
         dropped = sum(inbox.dropped for inbox in self._inbox.values())
         return Health(stalled=self.simulation is not None and self.simulation.stalled, link=self._open, dropped=dropped)
 
-    def _start(self, seed: int) -> None:
+    def _start(self, world: World, seed: int) -> None:
         parameters = self._parameters
-        world = load_world(parameters.world)
         self.simulation = Simulation(world, parameters.spec, REALISMS[parameters.realism], seed, parameters.rays)
         self._open = True
         self._waiting.clear()

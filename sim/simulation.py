@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -40,11 +41,14 @@ class Simulation:
         self._deadline = math.inf
         self._commanded = Twist()
         self._motors = Motors(self._drive.max_wheel_rate)
-        self._physics = Physics(world, realism.true_spec(spec))
-        self.motion = self._physics.motion
         self._odometer = Odometer(self._drive)
         self._gyro = Gyro(spec.imu, realism, _stream(seed, "imu")) if spec.imu else None
-        self._lidar = self._make_lidar(spec.lidar, realism, seed, rays) if spec.lidar else None
+        with ExitStack() as held:
+            self._physics = Physics(world, realism.true_spec(spec))
+            held.callback(self._physics.close)
+            self.motion = self._physics.motion
+            self._lidar = self._make_lidar(spec.lidar, realism, seed, rays) if spec.lidar else None
+            held.pop_all()
 
     @property
     def stalled(self) -> bool:

@@ -79,9 +79,9 @@ class OccupancyGrid:
         """Cells at or above map_server's occupied threshold, (height, width)."""
         return self.log_odds >= _log_odds(OCCUPIED_THRESHOLD)
 
-    def occupied_at(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which of the flat cells (K,) are occupied, (K,)."""
-        return self.log_odds.reshape(-1)[cells] >= _log_odds(OCCUPIED_THRESHOLD)
+    def likely_at(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which of the flat cells (K,) are rather occupied than free, (K,)."""
+        return self.log_odds.reshape(-1)[cells] > 0.0
 
     def states(self) -> NDArray[np.int8]:
         """100 occupied, 0 free, -1 unknown, (height, width)."""

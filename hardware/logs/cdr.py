@@ -7,6 +7,7 @@ length, `d*` a sequence, `s` a string, `s*` a sequence of strings. OMG, "DDS-XTy
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -63,10 +64,12 @@ def _put_numbers(message: bytearray, token: str, numbers: NDArray[Any]) -> None:
         message += b"\0" * (-(len(message) - len(HEADER)) % numbers.itemsize) + numbers.tobytes()
 
 
+@cache
 def _kind(token: str) -> np.dtype[Any]:
     return np.dtype("<" + token.strip("0123456789*"))
 
 
+@cache
 def _length(token: str) -> int:
     return int(token[:-1] or 1)
 

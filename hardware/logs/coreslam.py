@@ -22,8 +22,9 @@ LARGEST_CODE = 20
 """Readings up to this one are no distances: 0 is "nothing seen", the others are error codes (SCIP 2.0)."""
 STEP_ZERO_AGE = 0.201
 """Age of step 0 of a row's sweep at the row's stamp [s]: the sweep reached the host 101 ms after its step 0, as a URG-04LX delivers it,
-and its row was stamped, with the ticks of that moment, one period later. Measured on the public recording: neighbouring sweeps laid
-over each other by the ticks fit best at 0.195 s, and half as well at 0.1 s."""
+and its row was stamped, with the ticks of that moment, one period later. Measured on the public recording: while the robot turns,
+sweeps two rows apart, laid over each other by the ticks alone, are 29 mm apart on average at 0.2 s, 39 mm at 0.1 s, 47 mm at 0 s;
+the least is at 0.195 s."""
 FIRST_STEP = 44
 
 ROBOT = RobotSpec(

@@ -11,9 +11,10 @@ from typing import Self
 import numpy as np
 
 from hardware.errors import RecordingError
+from hardware.logs.exact import NANOSECONDS
 from hardware.logs.log import Event
 from hardware.logs.mcap_file import MAGIC, McapFile
-from hardware.logs.ros_messages import NANOSECONDS, ReadingDecoder, read_text, read_truth
+from hardware.logs.ros_reading import ReadingDecoder, read_text, read_truth
 from hardware.logs.ros_types import TOPICS
 from hardware.logs.spec_file import parse_spec
 from hardware.logs.stamps import StampOrder

@@ -48,11 +48,8 @@ class McapFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._chunks: list[tuple[int, int]] = []
-        try:
-            with path.open("rb") as file:
-                self._index(file, path.stat().st_size)
-        except OSError as error:
-            raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+        with self._open() as file:
+            self._index(file, path.stat().st_size)
         if not self._chunks:
             raise RecordingError(path, "holds no complete chunk of messages; it was cut in its first second, or is no rosbag2")
 
@@ -65,7 +62,7 @@ class McapFile:
         types: dict[int, str] = {}
         channels: dict[int, Channel] = {}
         last_ns = 0
-        with self._path.open("rb") as file:
+        with self._open() as file:
             for start, length in self._chunks:
                 for record in self._records(file, start, length, last_ns):
                     if isinstance(record, Schema):
@@ -75,6 +72,12 @@ class McapFile:
                     elif isinstance(record, Message) and record.channel_id in channels:
                         channel, last_ns = channels[record.channel_id], record.log_time
                         yield McapMessage(channel.topic, types.get(channel.schema_id, ""), last_ns, record.data)
+
+    def _open(self) -> BinaryIO:
+        try:
+            return self._path.open("rb")
+        except OSError as error:
+            raise RecordingError(self._path, f"cannot be read: {error.strerror}") from error
 
     def _records(self, file: BinaryIO, start: int, length: int, last_ns: int) -> list[McapRecord]:
         file.seek(start + _FRAME.size)

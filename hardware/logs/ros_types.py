@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hardware.urdf import WHEELS
+
 TRANSFORM = "i I s s 7d"
 """Layout of one geometry_msgs/TransformStamped: stamp, parent frame, child frame, translation and quaternion."""
+JOINTS = tuple(f"{wheel}_joint" for wheel in WHEELS)
+"""Names of the left and the right wheel's joint, as the URDF has them."""
 
 
 @dataclass(frozen=True, slots=True)

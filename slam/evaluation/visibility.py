@@ -15,6 +15,8 @@ SPACING = 0.01
 """Distance between samples of a wall [m]."""
 TOLERANCE = 1e-3
 """A wall hides what lies more than this behind it [m]."""
+LONGEST = 16
+"""Number of the longest walls, asked first: they hide most of what is hidden."""
 STEP, TURN = 0.1, math.radians(10.0)
 """Views closer than this [m] and [rad] to the one before count as the same."""
 
@@ -45,11 +47,15 @@ def sample_walls(segments: FloatArray) -> FloatArray:
 def visible_walls(segments: FloatArray, laser_poses: FloatArray, view: View) -> FloatArray:
     """Samples (K, 2) of the walls (M, 4) that lie in view of any of the lidar's poses (N, 3), hidden by no other wall; all in one frame."""
     samples = sample_walls(segments)
+    by_length = np.argsort(-np.linalg.norm(segments[:, 2:] - segments[:, :2], axis=1), kind="stable")
+    longest, others = segments[by_length[:LONGEST]], segments[by_length[LONGEST:]]
     seen = np.zeros(len(samples), np.bool_)
     for pose in _thin(laser_poses):
         candidates = np.flatnonzero(~seen)
         candidates = candidates[_in_view(samples[candidates], pose, view)]
-        seen[candidates[~_hidden(samples[candidates], pose[:2], segments)]] = True
+        for group in (longest, others):
+            candidates = candidates[~_hidden(samples[candidates], pose[:2], group)]
+        seen[candidates] = True
     return samples[seen]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, X, Y
 
 HIT, MISS = 1, 2
 
@@ -13,26 +14,31 @@ HIT, MISS = 1, 2
 @njit
 def insert_hits(
     points: NDArray[np.float64],
-    resolution: float,
+    field: tuple[NDArray[np.int32], NDArray[np.float32], float],
     cells: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
     touched: NDArray[np.uint8],
-    update: tuple[float, float, float],
+    update: tuple[float, float, float, float],
 ) -> NDArray[np.int64]:
     """Raise the log-odds of every hit cell once and average its hits. Returns the flat indices of the hit cells.
 
+    A hit near a known line counts for the cell where the line is, with its own coordinates: range noise then averages
+    out on both sides of a wall, instead of filling the cells before and behind it.
+
     Args:
         points: (M, 2) [m] in the grid's frame.
-        resolution: cell size [m].
+        field: nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m].
         cells: log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2) [m]; written.
         touched: (H, W) HIT where this scan hit; written, to be cleared by `clear`.
-        update: log-odds of a hit, their limit, largest count (older hits fade beyond it).
+        update: log-odds of a hit, their limit, largest count (older hits fade beyond it), how near a line is near [m].
     """
     log_odds, count, offset = cells
+    resolution = field[2]
     height, width = log_odds.shape
     hits = np.empty(len(points), np.int64)
     n = 0
     for i in range(len(points)):
-        col, row = int(np.floor(points[i, 0] / resolution)), int(np.floor(points[i, 1] / resolution))
+        x, y = _foot(points[i, 0], points[i, 1], field, update[3])
+        col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
         if not (0 <= row < height and 0 <= col < width):
             continue
         count[row, col] = min(count[row, col] + 1.0, update[2])
@@ -45,6 +51,68 @@ def insert_hits(
             hits[n] = row * width + col
             n += 1
     return hits[:n].copy()
+
+
+@njit
+def _foot(x: float, y: float, field: tuple[NDArray[np.int32], NDArray[np.float32], float], near: float) -> tuple[float, float]:
+    """The point's foot on the nearest line when that is nearer than `near` [m], else the point."""
+    nearest, surfaces, resolution = field
+    height, width = nearest.shape
+    col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
+    if not (0 <= row < height and 0 <= col < width) or nearest[row, col] < 0:
+        return x, y
+    surface = surfaces[nearest[row, col] // width, nearest[row, col] % width]
+    if surface[FLATNESS] == 0.0 or (x - surface[X]) ** 2 + (y - surface[Y]) ** 2 > (near + 2.0 * resolution) ** 2:
+        return x, y
+    d = surface[NORMAL_X] * (x - surface[X]) + surface[NORMAL_Y] * (y - surface[Y])
+    if abs(d) > near:
+        return x, y
+    return x - d * surface[NORMAL_X], y - d * surface[NORMAL_Y]
+
+
+@njit
+def absorb(
+    cells: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+    field: tuple[NDArray[np.int32], NDArray[np.float32], float],
+    hits: NDArray[np.int64],
+    near: float,
+    limit: float,
+) -> NDArray[np.int64]:
+    """Move the hits of a cell beside a wall into the cell of the wall that they belong to. Returns the emptied flat cells.
+
+    Before a wall was known as a line its noise filled the cells behind it, where no ray ever passes to clear them.
+
+    Args:
+        cells: log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2) [m]; written.
+        field: as in `insert_hits`.
+        hits: flat cells to look at.
+        near: how near a line is near [m].
+        limit: largest count.
+    """
+    log_odds, count, offset = cells
+    resolution = field[2]
+    height, width = log_odds.shape
+    emptied = np.empty(len(hits), np.int64)
+    n = 0
+    for i in range(len(hits)):
+        row, col = hits[i] // width, hits[i] % width
+        x = (col + 0.5) * resolution + offset[row, col, 0]
+        y = (row + 0.5) * resolution + offset[row, col, 1]
+        foot_x, foot_y = _foot(x, y, field, near)
+        to_col, to_row = int(np.floor(foot_x / resolution)), int(np.floor(foot_y / resolution))
+        if not (0 <= to_row < height and 0 <= to_col < width) or (to_row == row and to_col == col):
+            continue
+        if log_odds[to_row, to_col] <= 0.0 or count[to_row, to_col] <= count[row, col]:
+            continue
+        total = count[row, col] + count[to_row, to_col]
+        gain = count[row, col] / total
+        offset[to_row, to_col, 0] += gain * (x - (to_col + 0.5) * resolution - offset[to_row, to_col, 0])
+        offset[to_row, to_col, 1] += gain * (y - (to_row + 0.5) * resolution - offset[to_row, to_col, 1])
+        count[to_row, to_col] = min(total, limit)
+        log_odds[row, col], count[row, col] = 0.0, 0.0
+        emptied[n] = hits[i]
+        n += 1
+    return emptied[:n].copy()
 
 
 @njit

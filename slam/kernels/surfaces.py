@@ -69,13 +69,13 @@ def fit(
     count, offset = hits
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
-        for reach in (1, 2, 4, 8, 12):
+        for reach in (2, 4, 8, 12):
             n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for r in range(max(row - reach, 0), min(row + reach + 1, height)):
                 for c in range(max(col - reach, 0), min(col + reach + 1, width)):
                     if not occupied[r, c]:
                         continue
-                    w = min(count[r, c], 10.0)
+                    w = count[r, c]
                     x = (c - col) * resolution + offset[r, c, 0]
                     y = (r - row) * resolution + offset[r, c, 1]
                     n += 1

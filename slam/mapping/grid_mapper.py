@@ -21,10 +21,12 @@ class MapSettings:
     """Cell size [m]."""
     fixed_size: float = 0.0
     """Side of a fixed square map centred on the start [m], such as 20; 0 lets the map grow."""
-    hit: float = 0.85
-    """Log-odds added to a cell that is hit (p = 0.70)."""
+    hit: float = 0.5
+    """Log-odds added to a cell that is hit (p = 0.62)."""
     miss: float = -0.2
     """Log-odds added to a cell that a ray crosses (p = 0.45)."""
+    merge: float = 0.1
+    """A hit this near to a known line belongs to it [m]."""
     memory: float = 60.0
     """Hits that a cell's mean remembers."""
 
@@ -60,11 +62,14 @@ class GridMapper:
         ends, starts = T_map_points - corner, T_map_base.transform(origins) - corner
         grid, s = self.grid, self.settings
         cells = (grid.log_odds, grid.hit_count, grid.hit_offset)
-        hits = insertion.insert_hits(ends, s.resolution, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory))
+        field = (self.field.nearest, self.field.surfaces, s.resolution)
+        hits = insertion.insert_hits(ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory, s.merge))
         misses = insertion.insert_misses(starts, ends, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
         changed = np.concatenate([hits, misses])
         insertion.clear(self._touched, changed)
         self.field.update(grid, changed)
+        around = self.field.with_neighbours(hits)
+        self.field.update(grid, insertion.absorb(cells, field, around, s.merge, s.memory))
 
     def _make_room(self, points: FloatArray) -> None:
         """Grow the grid by at least a quarter where points fall outside."""

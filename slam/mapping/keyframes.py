@@ -12,9 +12,9 @@ from slam.se2 import SE2
 class KeyframeGate:
     """A scan enters the map when the robot has moved since the last one that did."""
 
-    distance: float = 0.10
+    distance: float = 0.05
     """[m]"""
-    yaw: float = 0.10
+    yaw: float = 0.05
     """[rad]"""
 
     def passes(self, last: SE2 | None, now: SE2) -> bool:

@@ -33,13 +33,13 @@ class SurfaceField:
 
     def update(self, grid: OccupancyGrid, changed: NDArray[np.int64]) -> None:
         """Follow the grid in the flat cells that changed."""
-        now = grid.occupied_at(changed)
+        now = grid.likely_at(changed)
         before = self._occupied.reshape(-1)[changed]
         self._occupied.reshape(-1)[changed] = now
         gone, new = changed[before & ~now], changed[now & ~before]
         kernels.detach(self.nearest, self._occupied, gone, self.radius)
         kernels.attach(self.nearest, new, self.radius)
-        refit = self._with_neighbours(np.concatenate([changed[now], gone]))
+        refit = self.with_neighbours(np.concatenate([changed[now], gone]))
         kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, self.resolution)
 
     def grow(self, grid: OccupancyGrid, shift: tuple[int, int]) -> None:
@@ -63,7 +63,7 @@ class SurfaceField:
         """The pose in the grid's own frame, in which the kernels work."""
         return self.T_grid_map @ T_map_base
 
-    def _with_neighbours(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    def with_neighbours(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """The cells and the occupied cells among their eight neighbours."""
         if len(cells) == 0:
             return cells

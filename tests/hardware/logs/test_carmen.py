@@ -2,6 +2,7 @@
 
 import logging
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -56,7 +57,9 @@ def test_beams_spread_over_180_degrees_from_the_right(read):
 
 
 def test_parameters_place_the_laser_and_set_its_limit(read):
-    log = read("PARAM robot_frontlaser_offset 0.25", "PARAM laser_front_laser_resolution 0.5", "PARAM robot_front_laser_max 3.5", flaser(0.0))
+    log = read(
+        "PARAM robot_frontlaser_offset 0.25", "PARAM laser_front_laser_resolution 0.5", "PARAM robot_front_laser_max 3.5", flaser(0.0)
+    )
     lidar = log.spec.lidar
     assert (lidar.T_base_laser.t[0], lidar.angle_increment, lidar.range_max) == (0.25, math.radians(0.5), 3.5)
     assert channel(log, "scans")[0].ranges.tolist() == [1.0, 2.0, 3.0, math.inf]
@@ -113,6 +116,6 @@ def test_the_intel_lab_log_has_its_counts(shared_data, caplog):
     odometry, scans = channel(log, "odometry"), channel(log, "scans")
     assert (len(odometry), len(scans)) == (13631 + 910, 910)
     assert not caplog.records
-    assert all(later.stamp > earlier.stamp for earlier, later in zip(odometry, odometry[1:], strict=False))
+    assert all(later.stamp > earlier.stamp for earlier, later in pairwise(odometry))
     assert {len(scan.ranges) for scan in scans} == {180}
     assert sum(int(np.isinf(scan.ranges).sum()) for scan in scans) == 4172

@@ -1,6 +1,7 @@
 """CoreSLAM recordings: the rules on tiny ones, the counts on a real one."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -103,14 +104,14 @@ def test_the_real_recording_has_its_counts(shared_data):
     assert (len(scans), len(channel(log, "odometry"))) == (756, 756)
     assert log.span == (212.387282, 287.007421)
     assert {len(scan.ranges) for scan in scans} == {682}
-    assert all(np.isfinite(scan.ranges).sum() > 100 for scan in scans)
+    assert max(np.nanmax(scan.ranges[np.isfinite(scan.ranges)]) for scan in scans) < log.spec.lidar.range_max
 
 
 def turns_seen(scans) -> np.ndarray:
     """Turn between neighbouring sweeps [rad] from the shift of their ranges; nan where it is not clear."""
     shifts = np.arange(-40, 41)
     turns = []
-    for one, two in zip(scans, scans[1:], strict=False):
+    for one, two in pairwise(scans):
         before, after = (np.nan_to_num(scan.ranges, nan=9.0, posinf=9.0)[50:-50] for scan in (one, two))
         costs = [np.minimum(np.abs(after[40:-40] - np.roll(before, -shift)[40:-40]), 0.2).mean() for shift in shifts]
         best = int(np.argmin(costs))
@@ -120,7 +121,7 @@ def turns_seen(scans) -> np.ndarray:
 
 def test_the_wheels_turn_as_far_as_the_lidar_sees(shared_data):
     log = open_log(shared_data / "urg04lx" / "exp1.dat")
-    scans, odometry = channel(log, "scans"), channel(log, "odometry")
+    scans, odometry = channel(log, "scans")[:400], channel(log, "odometry")
     seen = turns_seen(scans)
     headings = np.unwrap([reading.T_odom_base.yaw for reading in odometry])
     told = np.diff(np.interp([scan.stamp for scan in scans], [reading.stamp for reading in odometry], headings))

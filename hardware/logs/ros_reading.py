@@ -1,0 +1,92 @@
+"""ROS 2 messages to readings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hardware.hal import Command
+from hardware.logs.cdr import decode
+from hardware.logs.exact import heading, stamp_of, widened
+from hardware.logs.log import Reading
+from hardware.logs.ros_types import JOINTS, TOPICS
+from hardware.spec import RobotSpec
+from slam.messages import Imu, LaserScan, Twist, WheelOdometry
+from slam.se2 import SE2, FloatArray
+
+
+def read_text(message: bytes) -> str:
+    """The content of a std_msgs/String."""
+    return decode("s", message)[0]
+
+
+def read_truth(message: bytes) -> tuple[float, SE2]:
+    """Stamp [s] and true pose `T_world_base`."""
+    seconds, nanosecond, _, pose = decode(TOPICS["/ground_truth"].layout, message)
+    return stamp_of(seconds, nanosecond), _se2(pose)
+
+
+class ReadingDecoder:
+    """Readings of one robot from its messages; wheel angles and pose of one stamp are two messages and one reading."""
+
+    def __init__(self, spec: RobotSpec) -> None:
+        self._spec = spec
+        self._wheels: tuple[float, tuple[float, float]] | None = None
+
+    def read(self, topic: str, message: bytes) -> tuple[str, Reading] | None:
+        """Channel and reading; None for a message that is none, or not yet.
+
+        Raises:
+            ValueError: a message that cannot be used.
+        """
+        match topic:
+            case "/scan":
+                return "scans", self._scan(message)
+            case "/odom":
+                return "odometry", self._odometry(message)
+            case "/imu":
+                seconds, nanosecond, _, values = decode(TOPICS[topic].layout, message)
+                return "imu", Imu(stamp_of(seconds, nanosecond), _finite("yaw rate", values[15:16])[0])
+            case "/cmd_vel":
+                seconds, nanosecond, _, values = decode(TOPICS[topic].layout, message)
+                return "commands", Command(stamp_of(seconds, nanosecond), _twist(values))
+            case "/joint_states":
+                self._joints(message)
+                return None
+            case _:
+                return None
+
+    def _scan(self, message: bytes) -> LaserScan:
+        seconds, nanosecond, _, _, ranges, _ = decode(TOPICS["/scan"].layout, message)
+        lidar = self._spec.lidar
+        if lidar is None or len(ranges) != lidar.beams:
+            raise ValueError(f"a scan of {len(ranges)} beams from a robot whose specification says {lidar and lidar.beams}")
+        stamp = stamp_of(seconds, nanosecond)
+        return LaserScan(stamp, widened(ranges), lidar.angles, lidar.time_increment, lidar.range_min, lidar.range_max, lidar.T_base_laser)
+
+    def _odometry(self, message: bytes) -> WheelOdometry:
+        seconds, nanosecond, _, _, values = decode(TOPICS["/odom"].layout, message)
+        stamp = stamp_of(seconds, nanosecond)
+        wheels = self._wheels[1] if self._wheels is not None and self._wheels[0] == stamp else None
+        return WheelOdometry(stamp, _se2(values), _twist(values[43:49]), wheels)
+
+    def _joints(self, message: bytes) -> None:
+        seconds, nanosecond, _, names, positions, _, _ = decode(TOPICS["/joint_states"].layout, message)
+        angles = dict(zip(names, positions.tolist(), strict=False))
+        if all(joint in angles for joint in JOINTS):
+            self._wheels = stamp_of(seconds, nanosecond), (angles[JOINTS[0]], angles[JOINTS[1]])
+
+
+def _se2(values: FloatArray) -> SE2:
+    x, y, _, _, _, z, w = _finite("pose", values[:7])
+    return SE2(x, y, heading(z, w))
+
+
+def _twist(values: FloatArray) -> Twist:
+    v, _, _, _, _, omega = _finite("twist", values[:6])
+    return Twist(v, omega)
+
+
+def _finite(what: str, values: FloatArray) -> list[float]:
+    if not np.isfinite(values).all():
+        raise ValueError(f"the {what} {values.tolist()} is not finite")
+    return values.tolist()

@@ -1,0 +1,80 @@
+"""One factory for each registered backend, and the drive that all of them make (or made, when they were recorded)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from hardware.hal import Recorded, Robot
+from hardware.recorder import Recorder
+from hardware.registry import BACKENDS, backend_class
+from hardware.urdf import urdf
+from slam.messages import SensorFrame, Twist
+
+FORWARD, LEFT = Twist(0.1, 0.0), Twist(0.0, 0.5)
+DURATION = 3.6
+"""Two seconds forward, one and a half to the left."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """How to get a robot of one backend, and one whose `open()` must fail."""
+
+    make: Callable[[], Robot]
+    fail: Callable[[], None]
+
+
+def scripted(t: float) -> Twist:
+    return FORWARD if t < 2.0 else LEFT
+
+
+def drive_script(robot: Robot, each: Callable[[], None] = lambda: None) -> list[SensorFrame]:
+    """Frames of the whole script, on an open robot."""
+    frames, start = [], robot.clock.now()
+    while robot.clock.now() - start < DURATION and robot.clock.sleep_until(robot.clock.now() + 0.05):
+        frames.append(robot.read())
+        robot.drive(scripted(robot.clock.now() - start))
+        each()
+    return frames
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recording")
+    with backend_class("sim")().build() as robot, Recorder(robot, folder, urdf(robot.spec)) as recorder:
+        drive_script(robot, recorder.flush)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cases(recording: Path) -> dict[str, Case]:
+    sim, replay = backend_class("sim"), backend_class("replay")
+    return {
+        "sim": Case(lambda: sim().build(), lambda: sim(world="no_such_world").build().open()),
+        "replay": Case(lambda: replay(path=recording).build(), lambda: replay(path=recording / "no_such_file").build().open()),
+    }
+
+
+@pytest.fixture(params=sorted(BACKENDS))
+def case(request: pytest.FixtureRequest, cases: dict[str, Case]) -> Case:
+    if request.param not in cases:
+        pytest.fail(f"the backend '{request.param}' has no factory in tests/conformance/conftest.py")
+    return cases[request.param]
+
+
+@pytest.fixture(params=sorted(BACKENDS), scope="session")
+def run(request: pytest.FixtureRequest, cases: dict[str, Case]) -> tuple[Robot, list[SensorFrame]]:
+    """A robot after its script, closed, and all its frames."""
+    with cases[request.param].make() as robot:
+        frames = drive_script(robot)
+    return robot, frames
+
+
+@pytest.fixture
+def driven(case: Case) -> Robot:
+    """A robot that obeys; recordings do not."""
+    robot = case.make()
+    if isinstance(robot, Recorded):
+        pytest.skip("a recording's motion is already decided")
+    return robot
