@@ -11,6 +11,7 @@ from slam.se2 import FloatArray
 Vector = tuple[float, float, float]
 
 CASTER_RADIUS = 0.011
+CASTER_MASS = 0.010
 CASTER_CENTRE: Vector = (-0.095, 0.0, CASTER_RADIUS)
 WHEEL_WIDTH = 0.028
 WHEEL_MASS = 0.035

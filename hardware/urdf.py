@@ -72,8 +72,7 @@ def _add_wheels(robot: ET.Element, drive: DriveSpec) -> None:
 
 def _add_caster(robot: ET.Element) -> None:
     link = ET.SubElement(robot, "link", name="caster")
-    mass = 0.010
-    _add_inertial(link, mass, np.eye(3) * 0.4 * mass * chassis.CASTER_RADIUS**2, SE3())
+    _add_inertial(link, chassis.CASTER_MASS, np.eye(3) * 0.4 * chassis.CASTER_MASS * chassis.CASTER_RADIUS**2, SE3())
     visual = _add_shape(link, "visual", SE3())
     ET.SubElement(visual[0], "sphere", radius=f"{chassis.CASTER_RADIUS:.9g}")
     _add_colour(visual[1], "ball", chassis.LIGHT_GREY)

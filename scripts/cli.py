@@ -58,7 +58,9 @@ def _overview() -> str:
 
 def _help(verb: str) -> str:
     """The verb's HELP line, read without importing what the verb needs."""
-    text = (Path(__file__).parent / f"{verb}.py").read_text(encoding="utf-8")
+    folder = Path(__file__).parent
+    module = folder / f"{verb}.py"
+    text = (module if module.is_file() else folder / verb / "__init__.py").read_text(encoding="utf-8")
     return text.split('\nHELP = "', 1)[1].split('"\n', 1)[0]
 
 

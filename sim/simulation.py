@@ -12,15 +12,14 @@ import numpy as np
 from hardware.hal import WATCHDOG, Command
 from hardware.queues import EventQueue
 from hardware.spec import DriveSpec, LidarSpec, RobotSpec
-from sim.bodies import movable_solids
 from sim.drive import Motors, Odometer
 from sim.imu import Gyro
-from sim.lidar import Lidar, MovingBody
-from sim.motion import BODIES, STEP
+from sim.lidar import Lidar, moving_bodies
+from sim.motion import STEP
 from sim.physics import Physics
 from sim.rays import BulletRays, EmbreeRays
 from sim.realism import Realism
-from sim.scene import body_triangles, static_triangles
+from sim.scene import static_triangles
 from slam.messages import Twist
 from worlds.world import World
 
@@ -49,6 +48,11 @@ class Simulation:
             self.motion = self._physics.motion
             self._lidar = self._make_lidar(spec.lidar, realism, seed, rays) if spec.lidar else None
             held.pop_all()
+
+    @property
+    def client(self) -> int:
+        """PyBullet's number of this physics."""
+        return self._physics.client
 
     @property
     def stalled(self) -> bool:
@@ -97,13 +101,8 @@ class Simulation:
     def _make_lidar(self, spec: LidarSpec, realism: Realism, seed: int, rays: str) -> Lidar:
         rng = _stream(seed, "scans")
         if rays == "bullet":
-            return Lidar(spec, realism, BulletRays(self._physics.client), (), rng)
-        bodies: list[MovingBody] = []
-        for k, solid in enumerate(movable_solids(self.world)):
-            triangles = body_triangles(solid)
-            radius = float(np.linalg.norm(triangles, axis=-1).max())
-            bodies.append(MovingBody(EmbreeRays(triangles), radius, BODIES + 7 * k))
-        return Lidar(spec, realism, EmbreeRays(static_triangles(self.world)), bodies, rng)
+            return Lidar(spec, realism, BulletRays(self.client), (), rng)
+        return Lidar(spec, realism, EmbreeRays(static_triangles(self.world)), moving_bodies(self.world), rng)
 
 
 def _stream(seed: int, device: str) -> np.random.Generator:

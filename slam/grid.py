@@ -40,7 +40,7 @@ class GridGeometry:
 
     def to_points(self, cells: NDArray[np.int64]) -> FloatArray:
         """Centres (N, 2) [m] in the map of cells (N, 2) given as (row, col)."""
-        return self.T_map_grid.transform((np.asarray(cells)[:, ::-1] + 0.5) * self.resolution)
+        return self.T_map_grid.transform((np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution)
 
     def contains(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Which of the cells (N, 2) lie inside, (N,)."""
@@ -93,8 +93,8 @@ class OccupancyGrid:
     def wall_points(self) -> FloatArray:
         """Mean hit of every occupied cell, (N, 2) [m] in the map."""
         cells = np.argwhere(self.occupied())
-        local = (cells[:, ::-1] + 0.5) * self.geometry.resolution + self.hit_offset[cells[:, 0], cells[:, 1]]
-        return self.geometry.T_map_grid.transform(local)
+        centres = (cells[:, ::-1].astype(np.float64) + 0.5) * self.geometry.resolution
+        return self.geometry.T_map_grid.transform(centres + self.hit_offset[cells[:, 0], cells[:, 1]])
 
     def frozen_copy(self) -> OccupancyGrid:
         """A copy whose arrays cannot be written."""

@@ -116,7 +116,8 @@ class SE3:
         theta = q[:3] * (2.0 if sin_half < 1e-9 else angle / sin_half)
         W = skew(theta)
         _, b, c = _rotation_terms(angle)
-        return np.concatenate([np.linalg.solve(np.eye(3) + b * W + c * W @ W, self.t), theta])
+        rho = np.asarray(np.linalg.solve(np.eye(3) + b * W + c * W @ W, self.t), dtype=np.float64)
+        return np.concatenate([rho, theta])
 
     def adjoint(self) -> FloatArray:
         """Adjoint matrix (6, 6) for (rho, theta): `T exp(xi) T^-1 = exp(Ad xi)`."""

@@ -57,7 +57,7 @@ def search(
                 score = total / n
                 rated = score - penalty[0] * (dr * dr + dc * dc) - penalty[1] * turn * turn
                 if rated > best:
-                    best, best_score = rated, score
+                    best, best_score = rated, float(score)
                     best_pose[0] = pose[0] + dc * resolution
                     best_pose[1] = pose[1] + dr * resolution
                     best_pose[2] = yaw

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +16,7 @@ def deskew(
     times: tuple[float, float],
     samples: tuple[NDArray[np.float64], NDArray[np.float64]],
     mount: NDArray[np.float64],
-) -> Any:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points and their origins (M, 2) [m] in base at the first beam's time.
 
     p_i = T_odom_base(t_0)^-1 T_odom_base(t_i) T_base_laser r_i; the origin is where the laser was at t_i.
@@ -57,7 +55,7 @@ def deskew(
 
 
 @njit
-def _pose_at(t: float, stamps: NDArray[np.float64], poses: NDArray[np.float64], k: int) -> Any:
+def _pose_at(t: float, stamps: NDArray[np.float64], poses: NDArray[np.float64], k: int) -> tuple[float, float, float]:
     """Pose at `t` between samples, searching forward from sample `k`."""
     n = len(stamps)
     if n == 0:

@@ -41,4 +41,4 @@ class Correlative:
         thinned = np.ascontiguousarray(points[:: max(1, len(points) // self.beams)])
         start = field.pose_in_grid(guess).as_array()
         pose, _ = kernels.search(thinned, start, (field.nearest, field.resolution), (cells, turns, self.step), (table, penalty))
-        return field.T_grid_map.inverse() @ SE2.from_array(pose)
+        return field.T_map_grid @ SE2.from_array(pose)

@@ -17,14 +17,14 @@ from slam.se2 import SE2, FloatArray
 class GaussNewton:
     """Point-to-surface Gauss-Newton with an adaptive Geman-McClure kernel and a motion prior.
 
-    The kernel starts wide enough for the guess and narrows to three times the residual's own deviation
-    (after KISS-ICP, Vizzo et al. 2023, whose threshold adapts to the motion; here both ends adapt).
+    The kernel starts as wide as the guess is expected to be wrong, as the threshold of KISS-ICP does (Vizzo et al.,
+    2023), and narrows step by step (graduated non-convexity) to where only the residuals of the right surface count.
     """
 
     iterations: int = 30
     """Most Gauss-Newton steps."""
     kernel_min: float = 0.1
-    """Narrowest kernel [m]."""
+    """Last, narrowest kernel [m]. Letting it follow the residuals instead kept it wide in clutter and lost the track."""
     kernel_max: float = 0.5
     """Widest kernel [m]; never beyond the reach of the field."""
     shrink: float = 0.7
@@ -48,18 +48,16 @@ class GaussNewton:
             prior: (3, 3) covariance of the guess (x, y, yaw) in the map frame [m, rad].
             width: expected size of the guess's error [m]; the kernel starts here.
         """
-        to_grid = np.eye(3)
-        to_grid[:2, :2] = field.T_grid_map.rotation()
-        variance = self.residual_floor**2 * self.correlated_beams
-        information = np.linalg.inv(to_grid @ prior @ to_grid.T) * variance
-        start = field.pose_in_grid(guess).as_array()
+        R = np.eye(3)
+        R[:2, :2] = field.T_grid_map.rotation()
         kernel = min(max(width, self.kernel_min), self.kernel_max)
-        settings = (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight)
-        pose, A, rms, share, converged = kernels.match(
-            points, start, information, (field.nearest, field.surfaces, field.resolution), settings
+        pose, covariance, rms, share, converged, iterations = kernels.match(
+            points,
+            field.pose_in_grid(guess).as_array(),
+            R @ prior @ R.T,
+            (field.nearest, field.surfaces, field.resolution),
+            (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight),
+            (self.residual_floor, self.correlated_beams),
         )
-        scale = max(rms / self.residual_floor, 1.0) ** 2 * variance
-        covariance = to_grid.T @ np.linalg.inv(A / scale + information / variance) @ to_grid
-        converged = bool(converged) and all(math.isfinite(value) for value in pose)
-        T_map_grid = field.T_grid_map.inverse()
-        return Match(T_map_grid @ SE2.from_array(pose), covariance, converged, float(rms), float(share))
+        T_map_base = field.T_map_grid @ SE2.from_array(pose)
+        return Match(T_map_base, R.T @ covariance @ R, converged and math.isfinite(T_map_base.yaw), rms, share, iterations)

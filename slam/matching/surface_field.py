@@ -22,12 +22,13 @@ class SurfaceField:
         """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
         self.radius = max(1, round(reach / grid.geometry.resolution))
         self.resolution = grid.geometry.resolution
-        self.T_grid_map = grid.geometry.T_map_grid.inverse()
+        self.T_map_grid = grid.geometry.T_map_grid
+        self.T_grid_map = self.T_map_grid.inverse()
         shape = grid.log_odds.shape
-        self._occupied = np.zeros(shape, np.bool_)
-        self.nearest = np.full(shape, -1, np.int32)
+        self._occupied: NDArray[np.bool_] = np.zeros(shape, np.bool_)
+        self.nearest: NDArray[np.int32] = np.full(shape, -1, np.int32)
         """(H, W) flat index of the nearest occupied cell, -1 for none."""
-        self.surfaces = np.zeros((*shape, 5), np.float32)
+        self.surfaces: NDArray[np.float32] = np.zeros((*shape, 5), np.float32)
         """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
         self.update(grid, np.arange(grid.log_odds.size))
 
@@ -57,7 +58,8 @@ class SurfaceField:
         self.nearest = np.full(shape, -1, np.int32)
         self.surfaces = np.zeros((*shape, 5), np.float32)
         self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
-        self.T_grid_map = grid.geometry.T_map_grid.inverse()
+        self.T_map_grid = grid.geometry.T_map_grid
+        self.T_grid_map = self.T_map_grid.inverse()
 
     def pose_in_grid(self, T_map_base: SE2) -> SE2:
         """The pose in the grid's own frame, in which the kernels work."""

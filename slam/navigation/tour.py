@@ -45,9 +45,11 @@ class TourPolicy:
 
     def __call__(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist:
         """The next command; stops while the pose is lost."""
-        if estimate.status == Status.LOST:
-            return Twist()
-        ahead = self._target(estimate.T_map_base)
+        return Twist() if estimate.status == Status.LOST else self.pursue(estimate.T_map_base)
+
+    def pursue(self, T_map_base: SE2) -> Twist:
+        """The command at a pose."""
+        ahead = self._target(T_map_base)
         bearing = math.atan2(ahead[1], ahead[0])
         if abs(bearing) > self._settings.turn_above:
             return Twist(0.0, math.copysign(self._settings.yaw_rate, bearing))
@@ -67,6 +69,6 @@ class TourPolicy:
 
     def _point(self, progress: float) -> FloatArray:
         """Point (2,) at a distance along the route [m], modulo its length."""
-        along = progress % self._lengths[-1]
-        return np.array([np.interp(along, self._lengths, self._corners[:, axis]) for axis in (0, 1)])
+        along = float(progress % self._lengths[-1])
+        return np.array([float(np.interp(along, self._lengths, self._corners[:, axis])) for axis in (0, 1)])
 

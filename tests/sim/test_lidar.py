@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from hardware.spec import LidarSpec
-from sim.bodies import movable_solids
-from sim.lidar import ARRIVAL, Lidar, MovingBody
-from sim.motion import BODIES, STEP, Motion
+from sim.lidar import ARRIVAL, Lidar, moving_bodies
+from sim.motion import STEP, Motion
 from sim.rays import EmbreeRays
 from sim.realism import REALISMS, Realism
-from sim.scene import body_triangles, static_triangles
+from sim.scene import static_triangles
 from slam.se3 import SE3
 from worlds.parts import Box
 
@@ -29,11 +28,7 @@ def motion_of(pose, bodies=0, body=None, duration=0.2):
 
 
 def lidar_in(world, realism=REALISMS["ideal"], spec=SPEC, seed=0):
-    bodies = [
-        MovingBody(EmbreeRays(body_triangles(solid)), float(np.linalg.norm(solid.size)), BODIES + 7 * k)
-        for k, solid in enumerate(movable_solids(world))
-    ]
-    return Lidar(spec, realism, EmbreeRays(static_triangles(world)), bodies, np.random.default_rng(seed))
+    return Lidar(spec, realism, EmbreeRays(static_triangles(world)), moving_bodies(world), np.random.default_rng(seed))
 
 
 def room_range(x, y, heading):

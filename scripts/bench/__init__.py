@@ -1,0 +1,81 @@
+"""The verb `twin bench`: every speed and accuracy figure, measured now, on this machine."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+from rich.table import Table
+from tyro.conf import Positional, arg
+
+from scripts.bench.row import Row
+from scripts.errors import UsageError
+from scripts.options import parse
+from scripts.runs.files import write_text
+
+HELP = "measure speed and accuracy on this machine, side by side with peers in the same run"
+
+GROUPS = ("rays", "matching", "twin", "demo", "recordings")
+
+
+@dataclass(frozen=True)
+class BenchOptions:
+    """Measure groups of figures: rays, matching, twin, demo (ten runs), recordings (needs the public recordings)."""
+
+    groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = field(default=GROUPS)
+    """Groups to measure; all when none is given."""
+    smoke: bool = False
+    """Only see that everything runs; the figures mean nothing."""
+    json: Path | None = None
+    """Write the rows to this file."""
+    markdown: Path | None = None
+    """Write the rows as a page, as docs/results.md."""
+
+
+def main(argv: list[str]) -> int:
+    """Run; returns the exit code."""
+    options = parse(BenchOptions, argv, "bench")
+    for group in options.groups:
+        if group not in GROUPS:
+            raise UsageError(f"no group '{group}'; available: {', '.join(GROUPS)}")
+    rows: list[Row] = []
+    for group in options.groups or GROUPS:
+        measured: list[Row] = importlib.import_module(f"scripts.bench.{group}").run(options.smoke)
+        Console(width=150).print(_table(group, measured))
+        rows += measured
+    if options.json is not None:
+        write_text(options.json, json.dumps([{**dataclasses.asdict(row), "command": row.command} for row in rows], indent=2) + "\n")
+    if options.markdown is not None:
+        write_text(options.markdown, _markdown(rows))
+    return 0
+
+
+def _table(group: str, rows: list[Row]) -> Table:
+    table = Table(group, "value", "unit", "reach", "peer", "peer's value", "ratio", title_justify="left")
+    for row in rows:
+        peer_value = "" if row.peer_value is None else f"{row.peer_value:.4g}"
+        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
+        table.add_row(row.name, f"{row.value:.4g}", row.unit, row.reach, row.peer, peer_value, ratio)
+    return table
+
+
+def _markdown(rows: list[Row]) -> str:
+    lines = [
+        "# Results",
+        "",
+        "Written by `twin bench --markdown docs/results.md`; every row by the command beside it. Peers ran in the same process run.",
+        "",
+        "| what | value | unit | reach | peer | peer's value | ratio | command |",
+        "|---|---:|---|---|---|---:|---:|---|",
+    ]
+    for row in rows:
+        peer_value = "" if row.peer_value is None else f"{row.peer_value:.4g}"
+        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
+        cells = (row.name, f"{row.value:.4g}", row.unit, row.reach, row.peer, peer_value, ratio, f"`{row.command}`")
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,90 @@
+"""`twin bench rays`: the simulated lidar, its ray casters, and how well they agree."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from scripts.bench.parity import flat_parity, level_sweeps, round_parity
+from sim.lidar import Lidar, moving_bodies
+from sim.rays import BulletRays, EmbreeRays
+from sim.realism import REALISMS
+from sim.robot import Sim
+from sim.scene import static_triangles
+from slam.messages import Twist
+from worlds.loader import load_world
+
+COMMAND = "twin bench rays"
+
+
+def run(smoke: bool) -> list[dict[str, Any]]:
+    """Rows of speed and parity in the aruco_room."""
+    return [*_speed_rows(5 if smoke else 25), *_parity_rows(10 if smoke else 200)]
+
+
+def _speed_rows(rounds: int) -> list[dict[str, Any]]:
+    """Medians over rounds in which every contender has its turn."""
+    with Sim().build() as robot:
+        robot.drive(Twist(0.2, 1.0))
+        robot.clock.sleep_until(0.4)
+        simulation, spec = robot.running, robot.spec.lidar
+        assert spec is not None
+        fixed = EmbreeRays(static_triangles(simulation.world))
+        lidar = Lidar(spec, REALISMS["datasheet"], fixed, moving_bodies(simulation.world), np.random.default_rng(0))
+        origins, directions = next(level_sweeps(simulation.world, 1, 0))
+        bullet = BulletRays(simulation.client)
+        contenders: list[tuple[Callable[[], object], int]] = [
+            (lambda: lidar.scan(simulation.motion, 0.3), 100),
+            (lambda: fixed.cast(origins, directions, spec.range_max), 100),
+            (lambda: bullet.cast(origins, directions, spec.range_max), 10),
+        ]
+        scans, embree, peer = _rates(contenders, rounds)
+    rays = spec.beams
+    return [
+        _row("simulated lidar, 682 beams with distortion and noise", scans, "scans/s", peer),
+        _row("embree alone", embree * rays, "rays/s", peer * rays),
+    ]
+
+
+def _rates(contenders: list[tuple[Callable[[], object], int]], rounds: int) -> list[float]:
+    """Calls a second of each contender, median over rounds, after one call to warm up."""
+    for call, _ in contenders:
+        call()
+    seconds = [[_seconds(call, repeats) / repeats for call, repeats in contenders] for _ in range(rounds)]
+    return [1.0 / float(value) for value in np.median(seconds, axis=0)]
+
+
+def _seconds(call: Callable[[], object], repeats: int) -> float:
+    start = time.perf_counter()
+    for _ in range(repeats):
+        call()
+    return time.perf_counter() - start
+
+
+def _parity_rows(sweeps: int) -> list[dict[str, Any]]:
+    world = load_world("aruco_room")
+    flat, curved = flat_parity(world, sweeps), round_parity(world, sweeps)
+    return [
+        _row("parity on boxes and planes, within 1 mm", 100.0 * flat.share_within(0.001), "%"),
+        _row("parity on boxes and planes, the rest within one beam of an edge", 100.0 * flat.rest_beside_edges(0.001), "%"),
+        _row("parity on cylinders, within 5 mm", 100.0 * curved.share_within(0.005), "%"),
+        _row("parity on cylinders, the rest within one beam of an edge", 100.0 * curved.rest_beside_edges(0.005), "%"),
+    ]
+
+
+def _row(name: str, value: float, unit: str, peer_value: float | None = None) -> dict[str, Any]:
+    peer = None if peer_value is None else "pybullet rayTestBatch alone"
+    ratio = None if peer_value is None else value / peer_value
+    return {
+        "group": "rays",
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "peer": peer,
+        "peer_value": peer_value,
+        "ratio": ratio,
+        "command": COMMAND,
+    }
