@@ -12,11 +12,11 @@ Vector = tuple[float, float, float]
 
 CASTER_RADIUS = 0.011
 CASTER_MASS = 0.010
-CASTER_CENTRE: Vector = (-0.095, 0.0, CASTER_RADIUS)
+CASTER_CENTRE: Vector = (-0.093, 0.0, CASTER_RADIUS)
 WHEEL_WIDTH = 0.028
 WHEEL_MASS = 0.035
-HULL_CENTRE: Vector = (-0.0125, 0.0, 0.115)
-HULL_SIZE: Vector = (0.185, 0.148, 0.19)
+HULL_CENTRE: Vector = (-0.011, 0.0, 0.115)
+HULL_SIZE: Vector = (0.188, 0.148, 0.19)
 """The box that bumps into things: everything, wheels included."""
 
 
@@ -44,19 +44,19 @@ LIGHT_GREY, DARK_GREY, WHITE, BLACK, RED = (0.64, 0.64, 0.66), (0.33, 0.34, 0.36
 
 BODY = (
     Part("brick", (0.111, 0.072, 0.049), 0.287, LIGHT_GREY, (-0.045, 0.0, 0.0785)),
-    Part("motor_left", (0.110, 0.045, 0.045), 0.082, WHITE, (-0.045, 0.0235, 0.031)),
-    Part("motor_right", (0.110, 0.045, 0.045), 0.082, WHITE, (-0.045, -0.0235, 0.031)),
-    Part("deck", (0.110, 0.072, 0.016), 0.045, DARK_GREY, (0.0, 0.0, 0.111)),
-    Part("mast", (0.008, 0.016, 0.096), 0.010, RED, (-0.006, 0.0, 0.167)),
+    Part("motor_left", (0.110, 0.045, 0.045), 0.082, WHITE, (-0.025, 0.0235, 0.031)),
+    Part("motor_right", (0.110, 0.045, 0.045), 0.082, WHITE, (-0.025, -0.0235, 0.031)),
+    Part("deck", (0.110, 0.072, 0.019), 0.045, DARK_GREY, (0.0, 0.0, 0.1125)),
+    Part("mast", (0.008, 0.016, 0.093), 0.010, RED, (-0.006, 0.0, 0.1685)),
     Part("arm", (0.064, 0.016, 0.008), 0.007, RED, (0.030, 0.0, 0.211)),
-    Part("caster_holder", (0.032, 0.032, 0.032), 0.012, DARK_GREY, (-0.095, 0.0, 0.031)),
+    Part("caster_holder", (0.024, 0.032, 0.034), 0.012, DARK_GREY, (-0.093, 0.0, 0.036)),
 )
 """What is bolted together; the mast stands in the lidar's blind sector and carries the camera over the scan plane."""
 
-LIDAR = Part("lidar", (0.050, 0.050, 0.070), 0.160, BLACK, (0.0, 0.0, -0.020))
-"""In `laser`: the scan plane lies 55 mm above the foot."""
-CAMERA = Part("camera", (0.025, 0.090, 0.025), 0.072, LIGHT_GREY, (-0.0125, 0.0, 0.0))
-"""In axes x forward, y left, z up at the lens."""
+LIDAR = Part("lidar", (0.050, 0.050, 0.070), 0.160, BLACK, (0.0, 0.0, -0.023))
+"""In `laser`: the scan plane lies 58 mm above the foot."""
+CAMERA = Part("camera", (0.025, 0.090, 0.025), 0.072, LIGHT_GREY, (-0.0085, 0.0, 0.0))
+"""In axes x forward, y left, z up at the lens, 4 mm behind the glass."""
 GYRO = Part("gyro", (0.040, 0.024, 0.024), 0.010, WHITE)
 """In `imu`."""
 

@@ -13,9 +13,21 @@ from scripts.errors import UsageError
 
 T = TypeVar("T")
 
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m|\[/?bold\]")
+_FRAME = "│╭╮╰╯ "
+_REWORDED = (
+    (r"Unrecognized options: (.*)", r"not understood: \1"),
+    (r"Missing value for argument '(\S+)'.*", r"\1 needs a value"),
+    (r"invalid choice (.+) for argument '(\S+)'\. Expected one of \((.*?),?\)\.", r"\2 cannot be \1; available: \3"),
+    (r"Error parsing (\S+): .*invalid literal for int\(\) with base 10: (.+)", r"\1 must be an integer, not \2"),
+    (r"Error parsing (\S+): .*could not convert string to float: (.+)", r"\1 must be a number, not \2"),
+    (r"Error parsing (\S+): .*? instantiated from (\[.*?\])\..*", r"\1 cannot be \2"),
+)
+"""What tyro says -> what a stranger understands; the first that fits."""
+
 
 def parse(options: type[T], argv: list[str], verb: str) -> T:
-    """Fill a dataclass from the command line.
+    """Fill a dataclass, or one of a union of subcommands, from the command line.
 
     Raises:
         UsageError: an option is unknown, lacks its value or has one that it cannot take.
@@ -24,7 +36,7 @@ def parse(options: type[T], argv: list[str], verb: str) -> T:
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(options, args=argv, prog=f"twin {verb}", config=(tyro.conf.FlagConversionOff,))
+            return tyro.cli(options, args=argv, prog=f"twin {verb}", config=(tyro.conf.FlagCreatePairsOff,))
     except SystemExit as stop:
         if not stop.code:
             raise
@@ -32,13 +44,20 @@ def parse(options: type[T], argv: list[str], verb: str) -> T:
 
 
 def _one_line(text: str) -> str:
-    """The message inside the box that tyro draws."""
-    lines = [re.sub(r"\x1b\[[0-9;]*m", "", line).strip("│╭╮╰╯─ \n") for line in text.splitlines()]
-    kept: list[str] = []
-    for line in lines:
-        if not line or line.startswith(("Parsing error", "Unrecognized options", "Required options", "For full help")):
-            continue
-        if line.startswith("Perhaps you meant"):
-            break
-        kept.append(line.rstrip(":"))
-    return " ".join(kept) or "the options cannot be understood"
+    """The problem, which stands above the first rule of tyro's box, and from below it what was meant or how the option is used."""
+    lines = [_COLOUR.sub("", line).strip(_FRAME) for line in text.splitlines()[1:]]
+    problem, *rest = re.split(r"\n─+\n", "\n".join(filter(None, lines)))
+    below = "\n".join(rest)
+    if (meant := re.search(r"^(?:Perhaps you meant|Arguments similar to .*):\n(--[\w-]+)", below, re.MULTILINE)) is not None:
+        return f"{_reworded(problem)}; did you mean {meant[1]}?"
+    if (usage := re.search(r"^Argument helptext:\n(.*)", below, re.MULTILINE)) is not None:
+        return f"{_reworded(problem)}; write {usage[1]}"
+    return _reworded(problem)
+
+
+def _reworded(problem: str) -> str:
+    line = " ".join(problem.split())
+    for pattern, words in _REWORDED:
+        if (found := re.fullmatch(pattern, line)) is not None:
+            return found.expand(words)
+    return line.rstrip(".") or "the options cannot be understood"

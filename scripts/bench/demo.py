@@ -26,7 +26,9 @@ def run(smoke: bool) -> list[Row]:
     seeds = range(1, 2 if smoke else 11)
     duration = 10.0 if smoke else None
     with tempfile.TemporaryDirectory() as folder:
-        runs = [execute(RunOptions(seed=seed, duration=duration, record=True, out=Path(folder) / str(seed))).record.metrics for seed in seeds]
+        runs = [
+            execute(RunOptions(seed=seed, duration=duration, record=True, out=Path(folder) / str(seed))).record.metrics for seed in seeds
+        ]
     rows: list[Row] = []
     for key, name, unit, scale, reach, worst in FIGURES:
         values = [scale * run[key] for run in runs]

@@ -4,36 +4,46 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from tyro.conf import arg
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Drive a robot, estimate where it is and what is around it, and leave a folder with the answer."""
+    """Drive a robot or replay a recording, estimate where it is and what is around it, and leave a folder with the answer.
 
-    robot: str = "sim"
-    """The body: `sim`, or `replay:PATH` with a run folder, a rosbag2 (.mcap), a CARMEN log or a CoreSLAM .dat."""
-    world: str = "aruco_room"
+    $ twin run --duration 20 --record                   the simulated robot in aruco_room, recorded
+    $ twin run --world corridor --seed 7                another world, other noise
+    $ twin run --robot replay:runs/aruco_room-lidar     the same run again, from its recording
+    $ twin run --robot replay:exp1.dat                  a recording of a real robot
+
+    Ctrl-C ends a run early and writes what there is until then; a second Ctrl-C leaves at once.
+    """
+
+    robot: Annotated[str, arg(metavar="BODY")] = "sim"
+    """`sim`, the simulated robot, or `replay:PATH` with a run folder, a rosbag2 (.mcap) of bricktwin, a CARMEN log or a CoreSLAM .dat."""
+    world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
     """World of the simulation: NAME, NAME:option=value,... or a .toml file; `twin worlds` lists them."""
-    pipeline: str = "lidar"
-    """Estimator: `lidar` (match every scan to the map) or `odometry` (wheels and gyro only)."""
-    params: Path | None = None
-    """TOML file with parameters of the pipeline; config.toml of a run shows them all under [parameters]."""
-    policy: str | None = None
-    """What drives: `tour` (the world's route, the default in simulation) or `none` (the default on a recording)."""
-    start: tuple[float, float, float] | None = None
-    """Pose in the map at which the robot starts: x, y [m], yaw [deg]. The map's origin when not given."""
-    duration: float | None = None
-    """Length of the run [s]; 60 in simulation, the whole of a recording."""
-    seed: int = 0
-    """Seed of all noise in the simulation."""
+    pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
+    """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only."""
+    params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None
+    """TOML file with parameters of the pipeline; config.toml of any run shows them all under [parameters] and can be given here."""
+    policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
+    """What drives: `tour` follows the route of the world, `none` stands still; a recording cannot be driven."""
+    start: Annotated[tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin)")] = None
+    """Pose in the map at which the robot starts: x, y [m], yaw [deg]."""
+    duration: Annotated[float | None, arg(metavar="S", help_behavior_hint="(default: 60; the whole of a recording)")] = None
+    """Length of the run [s], in the robot's time."""
+    seed: Annotated[int, arg(metavar="N")] = 0
+    """Seed of all noise in the simulation, 0 or above: the same seed gives the same run, bit for bit."""
     realism: Literal["ideal", "datasheet"] = "datasheet"
-    """How imperfect the simulated robot is."""
+    """How imperfect the simulated robot is: not at all, or as its data sheets say."""
     rays: Literal["embree", "bullet"] = "embree"
-    """Ray caster of the simulated lidar."""
-    spec: Path | None = None
-    """TOML file that describes the robot of a recording that does not."""
-    out: Path | None = None
-    """Folder for the results; runs/ROBOT-PIPELINE when not given."""
+    """Ray caster of the simulated lidar; bullet is the slow reference."""
+    spec: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what the recording says)")] = None
+    """TOML file that describes the robot of a recording; see docs/recordings.md."""
+    out: Annotated[Path | None, arg(metavar="FOLDER", help_behavior_hint="(default: runs/WORLD-PIPELINE, runs/RECORDING-PIPELINE)")] = None
+    """Folder for the results, made if missing; results of an earlier run in it are replaced."""
     record: bool = False
     """Also write recording.mcap, a rosbag2 of everything the robot said."""

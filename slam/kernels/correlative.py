@@ -23,15 +23,15 @@ def search(
     Args:
         points: (M, 2) [m] in base.
         pose: (3,) centre x, y, yaw in the grid's frame.
-        field: nearest occupied flat cell (H, W), cell size [m].
+        field: squared distance to the nearest occupied cell (H, W) [cells], cell size [m].
         window: cells to each side, headings to each side, heading step [rad].
         scores: score of a squared distance in cells (D,), penalty of a squared step in cells and in headings (2,).
 
     Returns:
         pose (3,) and its mean score without the penalty.
     """
-    nearest, resolution = field
-    height, width = nearest.shape
+    squares, resolution = field
+    height, width = squares.shape
     reach, turns, step = window
     table, penalty = scores
     n = len(points)
@@ -50,10 +50,7 @@ def search(
                 for i in range(n):
                     row, col = rows[i] + dr, cols[i] + dc
                     if 0 <= row < height and 0 <= col < width:
-                        index = nearest[row, col]
-                        if index >= 0:
-                            a, b = row - index // width, col - index % width
-                            total += table[a * a + b * b]
+                        total += table[squares[row, col]]
                 score = total / n
                 rated = score - penalty[0] * (dr * dr + dc * dc) - penalty[1] * turn * turn
                 if rated > best:

@@ -16,7 +16,7 @@ Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
 def match(
     points: NDArray[np.float64],
     start: NDArray[np.float64],
-    prior: NDArray[np.float64],
+    prior: tuple[NDArray[np.float64], NDArray[np.float64]],
     field: Field,
     settings: tuple[int, float, float, float, float, float],
     noise: tuple[float, float],
@@ -25,8 +25,8 @@ def match(
 
     Args:
         points: (M, 2) [m] in base.
-        start: (3,) x, y, yaw in the grid's frame; also the prior's mean.
-        prior: (3, 3) covariance of the start.
+        start: (3,) x, y, yaw in the grid's frame.
+        prior: mean (3,) in the grid's frame and covariance (3, 3).
         field: the map's surfaces.
         settings: most iterations, first and last kernel width [m], step below which it has converged [m or rad],
             share of the kernel width kept each iteration, weight of a lone point against a line.
@@ -37,7 +37,7 @@ def match(
     """
     iterations, kernel, kernel_last, tolerance, shrink, lone = settings
     variance = noise[0] * noise[0] * noise[1]
-    information = inverse(prior) * variance
+    mean, information = prior[0], inverse(prior[1]) * variance
     pose = start.copy()
     H, g = np.zeros((3, 3)), np.zeros(3)
     rms, share, converged, n = 0.0, 0.0, False, 0
@@ -47,7 +47,7 @@ def match(
         S = inverse(H + information)
         for i in range(3):
             for j in range(3):
-                g[i] += information[i, j] * (pose[j] - start[j])
+                g[i] += information[i, j] * (pose[j] - mean[j])
         largest = 0.0
         for i in range(3):
             step = S[i, 0] * g[0] + S[i, 1] * g[1] + S[i, 2] * g[2]

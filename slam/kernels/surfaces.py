@@ -10,10 +10,32 @@ from slam.kernels.jit import njit
 X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
 """Columns of a surface element: a point on it [m], its unit normal, and 1 for a line .. 0 for a lone point."""
 
+NEIGHBOURHOODS = (2, 4, 8, 12)
+"""Cells to each side in which hits are pooled: the first that holds three occupied cells."""
+
 
 @njit
-def attach(field: NDArray[np.int32], cells: NDArray[np.int64], radius: int) -> None:
-    """Offer newly occupied flat cells to every cell within `radius`: the nearer occupied cell stays. Writes `field` (H, W)."""
+def occupied_around(occupied: NDArray[np.bool_], cells: NDArray[np.int64], reach: int) -> NDArray[np.int64]:
+    """Flat indices, each once and ascending, of the occupied cells within `reach` rows and columns of the flat cells."""
+    height, width = occupied.shape
+    found = np.empty(len(cells) * (2 * reach + 1) ** 2, np.int64)
+    n = 0
+    for i in range(len(cells)):
+        row, col = cells[i] // width, cells[i] % width
+        for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+            for c in range(max(col - reach, 0), min(col + reach + 1, width)):
+                if occupied[r, c]:
+                    found[n] = r * width + c
+                    n += 1
+    return np.unique(found[:n])
+
+
+@njit
+def attach(field: NDArray[np.int32], squares: NDArray[np.int32], cells: NDArray[np.int64], radius: int) -> None:
+    """Offer newly occupied flat cells to every cell within `radius`: the nearer occupied cell stays.
+
+    Writes `field` (H, W) and the squared distance in cells `squares` (H, W), `radius`^2 + 1 where there is none.
+    """
     height, width = field.shape
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
@@ -22,26 +44,27 @@ def attach(field: NDArray[np.int32], cells: NDArray[np.int64], radius: int) -> N
                 d2 = (r - row) ** 2 + (c - col) ** 2
                 if d2 > radius * radius:
                     continue
-                held = field[r, c]
-                if held < 0 or (r - held // width) ** 2 + (c - held % width) ** 2 > d2:
-                    field[r, c] = cells[i]
+                if d2 < squares[r, c]:
+                    field[r, c], squares[r, c] = cells[i], d2
 
 
 @njit
-def detach(field: NDArray[np.int32], occupied: NDArray[np.bool_], cells: NDArray[np.int64], radius: int) -> None:
-    """Take cells that are occupied no longer out of the field and let their neighbours' surfaces move in. Writes `field` (H, W)."""
+def detach(
+    field: NDArray[np.int32], squares: NDArray[np.int32], occupied: NDArray[np.bool_], cells: NDArray[np.int64], radius: int
+) -> None:
+    """Take cells that are occupied no longer out of the field and let their neighbours' surfaces move in. Writes as `attach`."""
     height, width = field.shape
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
         for r in range(max(row - radius, 0), min(row + radius + 1, height)):
             for c in range(max(col - radius, 0), min(col + radius + 1, width)):
                 if field[r, c] == cells[i]:
-                    field[r, c] = _search(occupied, r, c, radius)
+                    field[r, c], squares[r, c] = _search(occupied, r, c, radius)
 
 
 @njit
-def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> int:
-    """Flat index of the nearest occupied cell within `radius`, or -1."""
+def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> tuple[int, int]:
+    """Flat index and squared distance in cells of the nearest occupied cell within `radius`; -1 and radius^2 + 1 for none."""
     height, width = occupied.shape
     best, best_d2 = -1, radius * radius + 1
     for r in range(max(row - radius, 0), min(row + radius + 1, height)):
@@ -49,7 +72,7 @@ def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> int
             d2 = (r - row) ** 2 + (c - col) ** 2
             if occupied[r, c] and d2 < best_d2:
                 best, best_d2 = r * width + c, d2
-    return best
+    return best, best_d2
 
 
 @njit
@@ -62,14 +85,14 @@ def fit(
 ) -> None:
     """Fit the surface of each flat cell to the mean hits around it. Writes `surfaces` (H, W, 5).
 
-    The neighbourhood grows from 3 x 3 to 7 x 7 cells until three occupied cells are found: far walls are hit sparsely.
+    The neighbourhood grows from 5 x 5 to 25 x 25 cells until three occupied cells are found: far walls are hit sparsely.
     Pooling across cells also removes the bias of a wall that lies on a cell border.
     """
     height, width = occupied.shape
     count, offset = hits
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
-        for reach in (2, 4, 8, 12):
+        for reach in NEIGHBOURHOODS:
             n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for r in range(max(row - reach, 0), min(row + reach + 1, height)):
                 for c in range(max(col - reach, 0), min(col + reach + 1, width)):

@@ -105,8 +105,8 @@ class LidarPipeline:
         prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
         start, width = guess, 3.0 * self._deviation
         if width > s.search_above:
-            start, width = s.search.search(self._mapper.field, cloud.points, guess), s.search_above
-        match = s.matcher.match(self._mapper.field, cloud.points, start, prior, width)
+            start, width = s.search.search(self._mapper.field, cloud.points, guess, prior), s.search_above
+        match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, width, start)
         self._match = match
         if not match.converged or match.inliers < s.inliers_min:
             self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)

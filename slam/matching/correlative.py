@@ -24,21 +24,23 @@ class Correlative:
     """Heading step [rad]."""
     sigma: float = 0.1
     """Width of the score exp(-d^2 / 2 sigma^2) about a surface [m]."""
-    penalty: float = 0.05
-    """Mean score that a pose at the edge of the window must gain to be preferred."""
+    penalty: float = 0.005
+    """Mean score that a pose one standard deviation from the guess must gain to be preferred."""
     beams: int = 180
     """Most points used, evenly spread."""
 
-    def search(self, field: SurfaceField, points: FloatArray, guess: SE2) -> SE2:
-        """Best pose `T_map_base` about the guess for points (M, 2) in base [m]."""
+    def search(self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray) -> SE2:
+        """Best pose `T_map_base` about the guess, whose covariance (3, 3) is `prior`, for points (M, 2) in base [m]."""
         if len(points) == 0:
             return guess
         cells = math.ceil(self.reach / field.resolution)
         turns = math.ceil(self.turn / self.step)
-        squares = np.arange(field.radius**2 + 1) * field.resolution**2
+        squares = np.arange(field.radius**2 + 2) * field.resolution**2
         table = np.exp(-0.5 * squares / self.sigma**2).astype(np.float32)
-        penalty = self.penalty / np.array([cells**2, turns**2], dtype=np.float64)
+        table[-1] = 0.0
+        variance = np.array([0.5 * (prior[0, 0] + prior[1, 1]), prior[2, 2]])
+        penalty = self.penalty * np.array([field.resolution**2, self.step**2]) / variance
         thinned = np.ascontiguousarray(points[:: max(1, len(points) // self.beams)])
         start = field.pose_in_grid(guess).as_array()
-        pose, _ = kernels.search(thinned, start, (field.nearest, field.resolution), (cells, turns, self.step), (table, penalty))
+        pose, _ = kernels.search(thinned, start, (field.squares, field.resolution), (cells, turns, self.step), (table, penalty))
         return field.T_map_grid @ SE2.from_array(pose)

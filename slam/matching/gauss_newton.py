@@ -10,7 +10,7 @@ import numpy as np
 from slam.kernels import gauss_newton as kernels
 from slam.matching.match import Match
 from slam.matching.surface_field import SurfaceField
-from slam.se2 import SE2, FloatArray
+from slam.se2 import SE2, FloatArray, wrap_angle
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,23 +38,26 @@ class GaussNewton:
     correlated_beams: float = 10.0
     """Neighbouring beams share the map's errors: this many count as one independent residual."""
 
-    def match(self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float) -> Match:
+    def match(self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float, start: SE2 | None = None) -> Match:
         """Register points (M, 2) [m], given in base, on the field.
 
         Args:
             field: the map's surfaces.
             points: in base, deskewed.
-            guess: T_map_base to start from, and the mean of the prior.
+            guess: T_map_base by odometry, the mean of the prior.
             prior: (3, 3) covariance of the guess (x, y, yaw) in the map frame [m, rad].
-            width: expected size of the guess's error [m]; the kernel starts here.
+            width: expected size of the start's error [m]; the kernel starts here.
+            start: where to start from; the guess when not given.
         """
         R = np.eye(3)
         R[:2, :2] = field.T_grid_map.rotation()
         kernel = min(max(width, self.kernel_min), self.kernel_max)
+        mean, begin = field.pose_in_grid(guess).as_array(), field.pose_in_grid(start or guess).as_array()
+        mean[2] = begin[2] + wrap_angle(mean[2] - begin[2])
         pose, covariance, rms, share, converged, iterations = kernels.match(
             points,
-            field.pose_in_grid(guess).as_array(),
-            R @ prior @ R.T,
+            begin,
+            (mean, R @ prior @ R.T),
             (field.nearest, field.surfaces, field.resolution),
             (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight),
             (self.residual_floor, self.correlated_beams),

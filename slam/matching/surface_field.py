@@ -28,6 +28,8 @@ class SurfaceField:
         self._occupied: NDArray[np.bool_] = np.zeros(shape, np.bool_)
         self.nearest: NDArray[np.int32] = np.full(shape, -1, np.int32)
         """(H, W) flat index of the nearest occupied cell, -1 for none."""
+        self.squares: NDArray[np.int32] = np.full(shape, self.radius**2 + 1, np.int32)
+        """(H, W) squared distance to it in cells, radius^2 + 1 for none."""
         self.surfaces: NDArray[np.float32] = np.zeros((*shape, 5), np.float32)
         """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
         self.update(grid, np.arange(grid.log_odds.size))
@@ -38,8 +40,8 @@ class SurfaceField:
         before = self._occupied.reshape(-1)[changed]
         self._occupied.reshape(-1)[changed] = now
         gone, new = changed[before & ~now], changed[now & ~before]
-        kernels.detach(self.nearest, self._occupied, gone, self.radius)
-        kernels.attach(self.nearest, new, self.radius)
+        kernels.detach(self.nearest, self.squares, self._occupied, gone, self.radius)
+        kernels.attach(self.nearest, self.squares, new, self.radius)
         refit = self.with_neighbours(np.concatenate([changed[now], gone]))
         kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, self.resolution)
 
@@ -53,11 +55,13 @@ class SurfaceField:
         offset = np.array([shift[1], shift[0]], np.float32) * self.resolution
         surfaces = self.surfaces.copy()
         surfaces[self._occupied, :2] += offset
-        old_occupied = self._occupied
+        old_occupied, old_squares = self._occupied, self.squares
         self._occupied = np.zeros(shape, np.bool_)
         self.nearest = np.full(shape, -1, np.int32)
+        self.squares = np.full(shape, self.radius**2 + 1, np.int32)
         self.surfaces = np.zeros((*shape, 5), np.float32)
         self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
+        self.squares[window] = old_squares
         self.T_map_grid = grid.geometry.T_map_grid
         self.T_grid_map = self.T_map_grid.inverse()
 
@@ -66,13 +70,5 @@ class SurfaceField:
         return self.T_grid_map @ T_map_base
 
     def with_neighbours(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The cells and the occupied cells among their eight neighbours."""
-        if len(cells) == 0:
-            return cells
-        height, width = self.nearest.shape
-        rows, cols = np.divmod(cells, width)
-        steps = np.array([(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1)])
-        rows = np.clip(rows[:, None] + steps[:, 0], 0, height - 1)
-        cols = np.clip(cols[:, None] + steps[:, 1], 0, width - 1)
-        around = np.unique(rows * width + cols)
-        return around[self._occupied.reshape(-1)[around]]
+        """The occupied ones among the flat cells and those around them whose surface they take part in."""
+        return kernels.occupied_around(self._occupied, cells, kernels.NEIGHBOURHOODS[0])

@@ -39,8 +39,8 @@ class TourPolicy:
 
     def __init__(self, settings: Tour, route: FloatArray) -> None:
         self._settings = settings
-        self._corners = np.vstack([route, route[:1]])
-        self._lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
+        self._route = route
+        self._corners = self._lengths = np.empty(0)  # the way to the first waypoint, then the round
         self._progress = 0.0
 
     def __call__(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist:
@@ -61,6 +61,9 @@ class TourPolicy:
     def _target(self, T_map_base: SE2) -> tuple[float, float]:
         """The pursued point (x, y) in base [m]: advances until it is a look-ahead away."""
         base = np.array([T_map_base.x, T_map_base.y])
+        if len(self._corners) == 0:
+            self._corners = np.vstack([base, self._route, self._route[:1]])
+            self._lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
         while float(np.hypot(*(self._point(self._progress) - base))) < self._settings.lookahead:
             self._progress += 0.02
         x, y = self._point(self._progress) - base
@@ -68,7 +71,7 @@ class TourPolicy:
         return float(c * x + s * y), float(c * y - s * x)
 
     def _point(self, progress: float) -> FloatArray:
-        """Point (2,) at a distance along the route [m], modulo its length."""
-        along = float(progress % self._lengths[-1])
-        return np.array([float(np.interp(along, self._lengths, self._corners[:, axis])) for axis in (0, 1)])
-
+        """Point (2,) at a distance along the way [m]; past its end the round starts again at the first waypoint."""
+        approach, end = self._lengths[1], self._lengths[-1]
+        along = progress if progress < end else approach + (progress - approach) % (end - approach)
+        return np.array([np.interp(along, self._lengths, self._corners[:, axis]) for axis in (0, 1)])
