@@ -14,8 +14,8 @@ from worlds.world import Solid, World
 Triangles = NDArray[np.float32]
 """(M, 3, 3): corners of M triangles [m]."""
 
-CYLINDER_SIDES = 128
-"""Sides of a cylinder: 0.03 % of its radius off the circle at most."""
+FLATNESS = 1e-4
+"""How far the sides of a cylinder may be inside its circle [m]."""
 
 
 def static_triangles(world: World) -> Triangles:
@@ -50,7 +50,8 @@ def _placed(solid: Solid) -> NDArray[np.float64]:
 def _footprint(solid: Solid) -> NDArray[np.float64]:
     """Corners (N, 2) about the middle, counter-clockwise."""
     if isinstance(solid, Cylinder):
-        angles = np.arange(CYLINDER_SIDES) * (math.tau / CYLINDER_SIDES)
+        sides = max(math.ceil(math.pi / math.acos(1.0 - min(FLATNESS / solid.radius, 0.5))), 8)
+        angles = np.arange(sides) * (math.tau / sides)
         return solid.radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(box_size(solid)[:2]) / 2
 

@@ -11,7 +11,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def interruptible() -> Generator[Callable[[], bool]]:
+def interruptible() -> Generator[Callable[[], bool], None, None]:
     """Yield a function that says whether a signal has come. The second one raises KeyboardInterrupt where it strikes.
 
     The first is only remembered: map, log and recording are not left in the middle of a change.

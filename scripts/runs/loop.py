@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from hardware.hal import Recorded, Robot
+from hardware.hal import Robot
 from hardware.recorder import Recorder
 from scripts.runs.record import KeyFrame
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
@@ -20,8 +21,8 @@ from slam.snapshot import Snapshot
 
 PERIOD = 0.04
 """Time between control steps [s]; two encoder periods, so that a frame ends on a fresh encoder reading."""
-KEY_FRAMES = 60
-"""Moments kept for the animation."""
+KEY_FRAMES = 70
+"""Most moments kept for the animation."""
 
 NO_MOTION = Trajectory(np.empty(0), np.empty((0, 3)))
 
@@ -38,7 +39,8 @@ class RunLog:
     updates: list[float] = field(default_factory=list)
     """Wall time of each pipeline update [s]."""
     wall_time: float = 0.0
-    interrupted: bool = False
+    _interval: float = 0.25
+    """Time between key frames [s]; it doubles as the run goes on."""
 
     def add(self, frame: SensorFrame, estimate: Estimate) -> None:
         """Keep one frame's answer; a frame at the time of the one before replaces it."""
@@ -49,6 +51,15 @@ class RunLog:
         self.statuses.append(estimate.status)
         self.odometry.update((reading.stamp, reading.T_odom_base) for reading in frame.odometry)
 
+    def add_moment(self, scan: LaserScan, snapshot: Snapshot) -> None:
+        """Keep a moment for the animation when it is time for one; when there are too many every other one goes."""
+        if self.key_frames and scan.stamp < self.key_frames[-1].stamp + self._interval:
+            return
+        self.key_frames.append(_key_frame(scan, snapshot))
+        if len(self.key_frames) > KEY_FRAMES:
+            del self.key_frames[1::2]
+            self._interval *= 2.0
+
 
 @dataclass
 class Loop:
@@ -57,51 +68,52 @@ class Loop:
     robot: Robot
     pipeline: Pipeline
     policy: Policy
-    duration: float | None = None
-    """[s]; None: as long as there is more."""
+    stopped: Callable[[], bool]
+    """Asked between two steps whether to end the run."""
+    duration: float = math.inf
+    """[s]"""
     recorder: Recorder | None = None
     true_pose: Callable[[float], SE2] | None = None
     """Truth for the recorder, never for the pipeline."""
-    progress: Callable[[float], None] | None = None
+    progress: Callable[[float], None] = lambda now: None
     """Told the time since the start [s], once a control step."""
 
-    def run(self) -> RunLog:
-        """Run to the end, or to Ctrl-C: what has been said until then is kept."""
-        log, clock = RunLog(), self.robot.clock
-        start, began = clock.now(), time.perf_counter()
-        span = self.robot.span[1] - self.robot.span[0] if isinstance(self.robot, Recorded) else (self.duration or 60.0)
-        end = start + (span if self.duration is None else self.duration)
-        step, next_key_frame = 1, start
-        try:
-            while clock.now() < end - 1e-9 and clock.sleep_until(min(start + step * PERIOD, end)):
-                step += clock.now() >= start + step * PERIOD
-                frame, snapshot = self._step(log)
-                if frame.scans and frame.stamp >= next_key_frame:
-                    log.key_frames.append(_key_frame(frame.scans[-1], snapshot))
-                    next_key_frame = frame.stamp + span / KEY_FRAMES
-                if self.progress is not None:
-                    self.progress(frame.stamp - start)
-        except KeyboardInterrupt:
-            log.interrupted = True
-        log.wall_time = time.perf_counter() - began
-        return log
+    def run(self, log: RunLog) -> None:
+        """Run to the end and keep what is said in `log`: it is right up to the last whole step, whatever ends the run."""
+        clock, snapshot = self.robot.clock, self.pipeline.snapshot()
+        start, began, step = clock.now(), time.perf_counter(), 1
+        end = start + self.duration
+        while not self.stopped() and clock.now() < end - 1e-9:
+            tick = round(start + step * PERIOD, 9)
+            if not clock.sleep_until(min(tick, end)):
+                break
+            step += clock.now() >= tick
+            snapshot = self._step(log, snapshot)
+            log.wall_time = time.perf_counter() - began
+            self.progress(clock.now() - start)
 
-    def _step(self, log: RunLog) -> tuple[SensorFrame, Snapshot]:
+    def _step(self, log: RunLog, snapshot: Snapshot) -> Snapshot:
+        """One round from the sensors to the wheels; returns what is known after it."""
         frame = self.robot.read()
         before = time.perf_counter()
         estimate = self.pipeline.update(frame)
         log.updates.append(time.perf_counter() - before)
-        snapshot = self.pipeline.snapshot()
+        if frame.scans:  # without one the map stays as it is, and copying all that is known has its price
+            snapshot = self.pipeline.snapshot()
+            log.add_moment(frame.scans[-1], snapshot)
         command = self.policy(frame, estimate, snapshot)
         if command is not None:
             self.robot.drive(command)
         log.add(frame, estimate)
         if self.recorder is not None:
-            if self.true_pose is not None:
-                T_world_base = self.true_pose(frame.stamp)
-                self.recorder.add_truth(frame.stamp, T_world_base.x, T_world_base.y, T_world_base.yaw)
-            self.recorder.flush()
-        return frame, snapshot
+            self._record(self.recorder, frame.stamp)
+        return snapshot
+
+    def _record(self, recorder: Recorder, stamp: float) -> None:
+        if self.true_pose is not None:
+            T_world_base = self.true_pose(stamp)
+            recorder.add_truth(stamp, T_world_base.x, T_world_base.y, T_world_base.yaw)
+        recorder.flush()
 
 
 def _key_frame(scan: LaserScan, snapshot: Snapshot) -> KeyFrame:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def quiet_import() -> Generator[None]:
+def quiet_import() -> Generator[None, None, None]:
     """Keep what a library written in C says on stderr while it is imported (PyBullet: its build time) from the user."""
     if sys.stderr is None:
         yield
