@@ -54,6 +54,11 @@ class ReplayRobot:
         self._covered = float("-inf")
 
     @property
+    def log(self) -> Log:
+        """The recording: the door to the truth that it may hold, not part of the HAL."""
+        return self._log
+
+    @property
     def spec(self) -> RobotSpec:
         """The robot that recorded it."""
         return self._log.spec

@@ -19,8 +19,8 @@ from worlds.world import World
 HEIGHT = 0.18
 BEAMS = 682
 REACH = 5.6
-EDGE_TOLERANCE = 0.005
-"""A range that lies between its neighbours', give or take this, is within one beam of an edge [m]."""
+EDGE = 0.02
+"""Ranges that bend by more than this from beam to beam (second difference) have an edge there [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,7 @@ class Parity:
     errors: NDArray[np.float64]
     """(N,) |embree - bullet| [m]"""
     beside_edge: NDArray[np.bool_]
-    """(N,) whether Bullet's range lies between those of Embree's neighbouring beams."""
+    """(N,) whether Embree's ranges have an edge at the beam or at one of its neighbours."""
 
     def share_within(self, tolerance: float) -> float:
         """Share of rays whose ranges differ by `tolerance` [m] at most."""
@@ -84,10 +84,9 @@ def _compare(world: World, sweeps: int, seed: int, behind: EmbreeRays | None) ->
         embree, bullet = EmbreeRays(static_triangles(world)), BulletRays(client)
         for origins, directions in level_sweeps(world, sweeps, seed):
             e, b = (np.minimum(rays.cast(origins, directions, REACH), REACH).astype(np.float64) for rays in (embree, bullet))
-            neighbours = np.stack([np.roll(e, 1), e, np.roll(e, -1)])
-            inside = (b >= neighbours.min(0) - EDGE_TOLERANCE) & (b <= neighbours.max(0) + EDGE_TOLERANCE)
+            edge = np.abs(np.roll(e, 1) - 2.0 * e + np.roll(e, -1)) > EDGE
             chosen = np.ones(BEAMS, bool) if behind is None else e < behind.cast(origins, directions, REACH) - 1e-4
-            chosen[[0, -1]] = False
+            chosen[[0, 1, -2, -1]] = False
             errors.append(np.abs(e - b)[chosen])
-            beside.append(inside[chosen])
+            beside.append((np.roll(edge, 1) | edge | np.roll(edge, -1))[chosen])
     return Parity(np.concatenate(errors), np.concatenate(beside))

@@ -9,24 +9,23 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from scripts.bench.row import Row
 from sim.robot import Sim, SimRobot
 from slam.messages import SensorFrame, Twist
 
-COMMAND = "twin bench twin"
 TICK = 0.05
 
 
-def run(smoke: bool) -> list[dict[str, Any]]:
+def run(smoke: bool) -> list[Row]:
     """Rows of the twin with lidar, odometry and gyro in the aruco_room."""
     duration, rounds, resets = (5.0, 1, 20) if smoke else (60.0, 5, 200)
     return [
-        _row("real-time factor with lidar, odometry and gyro", _real_time_factor(duration, rounds), "x"),
-        _row(f"memory growth over {resets} resets", _reset_growth_mb(resets), "MB"),
-        _row(f"same seed, fresh processes, identical SHA-256 over {duration:g} s", float(_repeats(duration)), "yes=1"),
+        Row("twin", "lidar, odometry and gyro, real time", _real_time_factor(duration, rounds), "x", ">= 10"),
+        Row("twin", f"memory growth over {resets} resets", _reset_growth_mb(resets), "MB", "<= 10"),
+        Row("twin", f"same seed, fresh processes, identical SHA-256 over {duration:g} s", float(_repeats(duration)), "1 = yes", "1"),
     ]
 
 
@@ -79,19 +78,6 @@ def _repeats(duration: float) -> bool:
     root = Path(__file__).parents[2]
     digests = {subprocess.run(command, capture_output=True, text=True, check=True, cwd=root).stdout.split()[-1] for _ in range(2)}
     return len(digests) == 1
-
-
-def _row(name: str, value: float, unit: str) -> dict[str, Any]:
-    return {
-        "group": "twin",
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "peer": None,
-        "peer_value": None,
-        "ratio": None,
-        "command": COMMAND,
-    }
 
 
 if __name__ == "__main__":

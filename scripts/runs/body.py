@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomllib
 
-from hardware.errors import RecordingError
 from hardware.hal import Recorded, Robot
-from hardware.logs.registry import open_log
 from hardware.registry import backend_class
+from hardware.replay import ReplayRobot
 from scripts.errors import UsageError
 from scripts.runs.options import RunOptions
+from scripts.runs.quiet import quiet_import
 from slam.grid import OccupancyGrid
 from slam.messages import Trajectory
 from slam.se2 import SE2, FloatArray
+from worlds.errors import WorldError
 from worlds.loader import load_world
+
+_log = logging.getLogger(__name__)
+
+OF_THE_SIMULATION = ("world", "seed", "realism", "rays")
+"""Options that a recording does not have."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +41,12 @@ class Truth:
     """The true map, from a twin."""
 
 
+def recording_of(options: RunOptions) -> Path | None:
+    """The recording that is replayed, if one is."""
+    name, _, path = options.robot.partition(":")
+    return Path(path) if name == "replay" else None
+
+
 def make_robot(options: RunOptions) -> Robot:
     """The body that `--robot` names; nothing is opened yet.
 
@@ -40,18 +55,10 @@ def make_robot(options: RunOptions) -> Robot:
         HardwareError, WorldError, SimError: it cannot be built.
     """
     name, _, path = options.robot.partition(":")
-    backend = backend_class(name)
-    if name == "replay":
-        if not path:
-            raise UsageError("--robot replay needs a recording: --robot replay:FOLDER-OR-FILE")
-        return backend(path=Path(path), spec=options.spec).build()  # pyright: ignore[reportCallIssue]
-    if path:
-        raise UsageError(f"--robot {name} takes no '{path}'; a world is chosen by --world")
-    if options.spec is not None:
-        raise UsageError(f"--spec describes the robot of a recording; --robot {name} has its own")
-    load_world(options.world)
-    parameters = {"world": options.world, "seed": options.seed, "realism": options.realism, "rays": options.rays}
-    return backend(**parameters).build()  # pyright: ignore[reportCallIssue]
+    with quiet_import():
+        backend = backend_class(name)
+    parameters = _replay_parameters(options, path) if name == "replay" else _live_parameters(options, name, path)
+    return backend(**parameters).build()
 
 
 def policy_name(options: RunOptions, robot: Robot) -> str:
@@ -75,25 +82,56 @@ def route(options: RunOptions, T_map_base: SE2) -> FloatArray:
     return (T_map_base @ SE2(*world.start).inverse()).transform(np.array(world.tour, dtype=np.float64).reshape(-1, 2))
 
 
+def live_truth(options: RunOptions, robot: Robot) -> Callable[[float], SE2] | None:
+    """`T_world_base` at a time of the run, from a twin."""
+    if options.robot != "sim":
+        return None
+    from sim.ground_truth import ground_truth
+
+    return ground_truth(robot).pose
+
+
 def known_truth(options: RunOptions, robot: Robot, stamps: FloatArray) -> Truth | None:
     """The truth at the stamps (N,) [s]: from the twin, or from a recording that holds it."""
-    name, _, path = options.robot.partition(":")
-    if name == "sim":
-        from sim.ground_truth import ground_truth
+    if isinstance(robot, ReplayRobot):
+        trajectory, recording = robot.log.truth(), recording_of(options)
+        return None if trajectory is None or recording is None else Truth(trajectory, _walls_beside(recording, robot), None)
+    if options.robot != "sim":
+        return None
+    from sim.ground_truth import ground_truth
 
-        truth = ground_truth(robot)
-        return Truth(truth.trajectory(stamps), truth.segments(), truth.grid())
-    trajectory = open_log(Path(path)).truth() if name == "replay" and options.spec is None else None
-    return None if trajectory is None else Truth(trajectory, _walls_beside(Path(path), robot), None)
+    truth = ground_truth(robot)
+    return Truth(truth.trajectory(stamps), truth.segments(), truth.grid())
+
+
+def _replay_parameters(options: RunOptions, path: str) -> dict[str, Any]:
+    if not path:
+        raise UsageError("--robot replay needs a recording: --robot replay:FOLDER-OR-FILE")
+    for option in fields(RunOptions):
+        if option.name in OF_THE_SIMULATION and getattr(options, option.name) != option.default:
+            raise UsageError(f"--{option.name} belongs to the simulation; a recording is what it is, leave the option out")
+    return {"path": Path(path), "spec": options.spec}
+
+
+def _live_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
+    if path:
+        raise UsageError(f"--robot {name} takes no '{path}'; a world is chosen by --world")
+    if options.spec is not None:
+        raise UsageError(f"--spec describes the robot of a recording; --robot {name} has its own, leave the option out")
+    load_world(options.world)
+    return {option: getattr(options, option) for option in OF_THE_SIMULATION}
 
 
 def _walls_beside(recording: Path, robot: Robot) -> FloatArray | None:
-    """True walls of the world that the recording's folder names in its config.toml."""
+    """True walls of the world in which a recording was made, by the config.toml of its run."""
     config = (recording if recording.is_dir() else recording.parent) / "config.toml"
     if not config.is_file() or robot.spec.lidar is None:
         return None
     try:
         run = tomllib.loads(config.read_text(encoding="utf-8")).get("run", {})
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RecordingError(config, f"is not TOML: {error}") from error
-    return load_world(run["world"]).outlines(float(robot.spec.lidar.T_base_laser.t[2])) if "world" in run else None
+        # a later run without --record leaves the recording alone and its own config beside it
+        known = run.get("record") is True and run.get("robot") == "sim"
+        return load_world(str(run["world"])).outlines(float(robot.spec.lidar.T_base_laser.t[2])) if known else None
+    except (OSError, ValueError, KeyError, AttributeError, WorldError) as error:
+        _log.warning("the true walls are not known, %s cannot be used: %s", config, error)
+        return None

@@ -3,33 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+import math
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from hardware.errors import HardwareError
 from hardware.hal import Robot
 from hardware.recorder import Recorder
 from hardware.urdf import urdf
 from scripts.errors import UsageError
-from scripts.runs.body import Truth, known_truth, make_robot, policy_name, route
-from scripts.runs.folder import prepare, write_results
+from scripts.runs.body import known_truth, live_truth, make_robot, policy_name, route
+from scripts.runs.folder import config_of, prepare, results_folder, write_measurements, write_report
+from scripts.runs.interruption import interruptible
 from scripts.runs.loop import Loop, RunLog
 from scripts.runs.metrics import Timing, compute_metrics
 from scripts.runs.options import RunOptions
-from scripts.runs.parameters import as_tree, read_parameters
+from scripts.runs.parameters import read_parameters
 from scripts.runs.progress import progress_bar
 from scripts.runs.record import RunRecord
+from sim.errors import SimError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
-from slam.navigation.policies import make_policy
+from slam.navigation.policies import Policy, make_policy
 from slam.pipelines import Pipeline, pipeline_settings
 from slam.se2 import SE2
 
 SIMULATED = 60.0
 """Length of a simulated run when none is given [s]."""
+FARTHEST_START = 100.0
+"""The map reaches from its origin to the robot; beyond this it would be mostly nothing [m]."""
 
 
 @dataclass(frozen=True)
@@ -41,67 +46,89 @@ class Finished:
     interrupted: bool
 
 
+@dataclass(frozen=True)
+class _Run:
+    """All that takes part in a run, nothing of it open yet."""
+
+    options: RunOptions
+    folder: Path
+    robot: Robot
+    pipeline: Pipeline
+    policy: Policy
+    duration: float
+    """[s]; inf: as long as there is more."""
+
+
 def execute(options: RunOptions) -> Finished:
-    """Run and write everything; Ctrl-C ends the run early and keeps what there is.
+    """Run and write everything. Ctrl-C, or a body that fails, ends the run early; what there is until then is written.
 
     Raises:
         UsageError, HardwareError, SimError, SlamError, WorldError, OutputError: with one line that says what to do.
     """
-    settings = read_parameters(pipeline_settings(options.pipeline), options.params)
-    robot = make_robot(options)
-    policy = make_policy(policy_name(options, robot), route(options, start_pose(options)))
-    pipeline = settings.build(start_pose(options))
-    folder = options.out or default_folder(options)
-    prepare(folder, {"run": _as_text(options), "parameters": as_tree(settings)})
-    duration = _duration(options)
-    with ExitStack() as stack:
-        stack.enter_context(robot)
-        recorder = stack.enter_context(Recorder(robot, folder, urdf(robot.spec))) if options.record else None
-        progress = stack.enter_context(progress_bar(robot, duration))
-        log = Loop(robot, pipeline, policy, duration, recorder, _true_pose(options, robot), progress).run()
-    truth = known_truth(options, robot, np.array(log.stamps))
-    record = _record(options, robot, pipeline, log, truth)
-    write_results(folder, record, truth)
-    return Finished(folder, record, log.interrupted)
+    run, log, failure, interrupted = _assemble(options), RunLog(), None, False
+    try:
+        interrupted = _drive(run, log)
+    except (HardwareError, SimError) as error:
+        if not log.stamps:
+            raise
+        failure = error
+    record = _write(run, log)
+    if failure is not None:
+        raise failure
+    return Finished(run.folder, record, interrupted)
 
 
 def start_pose(options: RunOptions) -> SE2:
-    """`T_map_base` at the start."""
+    """`T_map_base` at the start.
+
+    Raises:
+        UsageError: it is not finite or too far away.
+    """
     if options.start is None:
         return SE2()
     x, y, yaw_deg = options.start
-    if not np.isfinite(options.start).all():
-        raise UsageError(f"--start {x} {y} {yaw_deg}: every number must be finite")
-    return SE2(x, y, np.radians(yaw_deg))
+    if not (math.hypot(x, y) <= FARTHEST_START and math.isfinite(yaw_deg)):
+        raise UsageError(f"--start {x:g} {y:g} {yaw_deg:g}: give finite numbers, and a place within {FARTHEST_START:g} m of the map's origin")
+    return SE2(x, y, math.radians(yaw_deg))
 
 
-def default_folder(options: RunOptions) -> Path:
-    """`runs/BODY-PIPELINE`, where BODY is the world or the name of the recording."""
-    name, _, path = options.robot.partition(":")
-    body = Path(path).stem if name == "replay" else Path(options.world.split(":")[0]).stem
-    return Path("runs") / f"{body}-{options.pipeline}"
+def _assemble(options: RunOptions) -> _Run:
+    settings = read_parameters(pipeline_settings(options.pipeline), options.params)
+    start, duration = start_pose(options), _duration(options)
+    robot = make_robot(options)
+    policy = make_policy(policy_name(options, robot), route(options, start))
+    pipeline = settings.build(start)
+    folder = results_folder(options)
+    prepare(folder, config_of(options, settings))
+    return _Run(options, folder, robot, pipeline, policy, duration)
 
 
-def _duration(options: RunOptions) -> float | None:
+def _duration(options: RunOptions) -> float:
     if options.duration is None:
-        return SIMULATED if options.robot == "sim" else None
-    if not (np.isfinite(options.duration) and options.duration > 0.0):
-        raise UsageError(f"--duration {options.duration}: give a positive number of seconds")
+        return SIMULATED if options.robot == "sim" else math.inf
+    if not (math.isfinite(options.duration) and options.duration > 0.0):
+        raise UsageError(f"--duration {options.duration:g}: give a positive number of seconds")
     return options.duration
 
 
-def _true_pose(options: RunOptions, robot: Robot) -> Callable[[float], SE2] | None:
-    if options.robot != "sim":
-        return None
-    from sim.ground_truth import ground_truth
+def _drive(run: _Run, log: RunLog) -> bool:
+    """The run itself; returns whether it was interrupted."""
+    with ExitStack() as stack:
+        stopped = stack.enter_context(interruptible())
+        stack.enter_context(run.robot)
+        recorder = stack.enter_context(Recorder(run.robot, run.folder, urdf(run.robot.spec))) if run.options.record else None
+        progress = stack.enter_context(progress_bar(run.robot, run.duration))
+        true_pose = live_truth(run.options, run.robot)
+        Loop(run.robot, run.pipeline, run.policy, stopped, run.duration, recorder, true_pose, progress).run(log)
+    return stopped()
 
-    return ground_truth(robot).pose
 
-
-def _record(options: RunOptions, robot: Robot, pipeline: Pipeline, log: RunLog, truth: Truth | None) -> RunRecord:
-    snapshot, lidar = pipeline.snapshot(), robot.spec.lidar
+def _write(run: _Run, log: RunLog) -> RunRecord:
+    """Write the folder: first what cannot be had again, last what is drawn from it."""
+    truth = known_truth(run.options, run.robot, np.array(log.stamps))
+    snapshot, lidar = run.pipeline.snapshot(), run.robot.spec.lidar
     record = RunRecord(
-        title=f"{options.pipeline} in {options.world if options.robot == 'sim' else Path(options.robot).name}",
+        title=_title(run.options),
         estimate=_trajectory(log.stamps, log.poses),
         final=snapshot.trajectory,
         odometry=_trajectory(list(log.odometry), list(log.odometry.values())),
@@ -113,13 +140,15 @@ def _record(options: RunOptions, robot: Robot, pipeline: Pipeline, log: RunLog, 
         view=View(lidar.range_max, float(lidar.angles[0]), float(lidar.angles[-1])) if lidar else View(),
         T_base_laser=lidar.T_base_laser.to_se2() if lidar else SE2(),
     )
-    return dataclasses.replace(record, metrics=compute_metrics(record, Timing(np.array(log.updates), log.wall_time)))
+    write_measurements(run.folder, record, truth)
+    record = dataclasses.replace(record, metrics=compute_metrics(record, Timing(np.array(log.updates), log.wall_time)))
+    write_report(run.folder, record)
+    return record
+
+
+def _title(options: RunOptions) -> str:
+    return f"{options.pipeline} in {options.world if options.robot == 'sim' else Path(options.robot).name}"
 
 
 def _trajectory(stamps: list[float], poses: list[SE2]) -> Trajectory:
     return Trajectory(np.array(stamps), np.array([pose.as_array() for pose in poses]).reshape(-1, 3))
-
-
-def _as_text(options: RunOptions) -> dict[str, object]:
-    fields = dataclasses.asdict(options)
-    return {key: str(value) if isinstance(value, Path) else value for key, value in fields.items()}

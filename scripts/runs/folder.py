@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,9 +10,12 @@ from typing import Any
 
 import tomli_w
 
+from hardware.logs.mcap_bag import RECORDING, UNFINISHED
+from scripts.errors import UsageError
 from scripts.runs.animation import write_gif
-from scripts.runs.body import Truth
+from scripts.runs.body import OF_THE_SIMULATION, Truth, recording_of
 from scripts.runs.files import OutputError, write_text
+from scripts.runs.options import RunOptions
 from scripts.runs.page import write_page
 from scripts.runs.pictures import write_report_png
 from scripts.runs.record import RunRecord
@@ -24,6 +28,30 @@ RESULTS = (
     *("metrics.json", "report.png", "run.gif", "report.html"),
 )
 """What a run writes beside config.toml and its recording."""
+
+
+def results_folder(options: RunOptions) -> Path:
+    """`--out`, else `runs/BODY-PIPELINE`, where BODY is the world or the name of the recording.
+
+    Raises:
+        UsageError: it is the folder of the recording that is replayed: a run's config and its recording belong together.
+    """
+    recording = recording_of(options)
+    body = Path(options.world.split(":")[0]).stem if recording is None else _name_of(recording.resolve())
+    folder = options.out or Path("runs") / f"{body}-{options.pipeline}"
+    home = recording if recording is None or recording.is_dir() else recording.parent
+    if home is not None and folder.resolve() == home.resolve():
+        raise UsageError(f"--out {folder} holds the recording that is replayed; name another folder")
+    return folder
+
+
+def config_of(options: RunOptions, settings: Any) -> dict[str, Any]:  # noqa: ANN401
+    """What is needed to repeat a run, with every parameter of its pipeline."""
+    known = {name: value for name, value in dataclasses.asdict(options).items() if value is not None}
+    if recording_of(options) is not None:
+        known = {name: value for name, value in known.items() if name not in OF_THE_SIMULATION}
+    run = {name: str(value) if isinstance(value, Path) else value for name, value in known.items()}
+    return {"run": run, "parameters": dataclasses.asdict(settings)}
 
 
 def prepare(folder: Path, config: Mapping[str, Any]) -> None:
@@ -40,7 +68,7 @@ def prepare(folder: Path, config: Mapping[str, Any]) -> None:
             (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(folder, error) from error
-    write_text(folder / "config.toml", tomli_w.dumps(_without_none(config)))
+    write_text(folder / "config.toml", tomli_w.dumps(config))
 
 
 def write_measurements(folder: Path, record: RunRecord, truth: Truth | None) -> None:
@@ -72,6 +100,7 @@ def write_report(folder: Path, record: RunRecord) -> None:
     write_page(folder / "report.html", record)
 
 
-def _without_none(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """TOML has no null: options that were not given are left out."""
-    return {key: _without_none(value) if isinstance(value, Mapping) else value for key, value in tree.items() if value is not None}
+def _name_of(recording: Path) -> str:
+    if recording.is_dir():
+        return recording.name
+    return recording.parent.name if recording.name in (RECORDING, UNFINISHED) else recording.stem

@@ -1,8 +1,9 @@
-"""Frozen dataclasses of parameters from TOML, and back."""
+"""Frozen dataclasses of parameters from TOML."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,28 +24,29 @@ def read_parameters(settings: type[T], path: Path | None) -> T:
     if path is None:
         return settings()
     try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UsageError(f"--params {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UsageError(f"--params {path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:  # bytes that are no text, and integers of 5000 digits, come as themselves
         raise UsageError(f"--params {path}: not TOML: {error}") from error
-    tree = tree.get("parameters", tree)
-    _check_names(settings(), tree, str(path))
     try:
+        tree = content.get("parameters", content)
+        _check(settings(), tree, "")
         return msgspec.convert(tree, settings)
-    except msgspec.ValidationError as error:
+    except (ValueError, msgspec.ValidationError) as error:
         raise UsageError(f"--params {path}: {error}") from error
 
 
-def as_tree(settings: Any) -> dict[str, Any]:  # noqa: ANN401
-    """Parameters as nested dictionaries, for a config.toml."""
-    return dataclasses.asdict(settings)
-
-
-def _check_names(settings: Any, tree: dict[str, Any], where: str) -> None:  # noqa: ANN401
-    names = {field.name for field in dataclasses.fields(settings)}
+def _check(defaults: Any, tree: Any, table: str) -> None:  # noqa: ANN401
+    """Raise ValueError for what msgspec passes over: a misspelt name, a number that is not finite."""
+    if not isinstance(tree, dict):
+        raise ValueError(f"'{table.rstrip('.') or 'parameters'}' must be a table of parameters, not {tree!r}")
+    names = [field.name for field in dataclasses.fields(defaults)]
     for key, value in tree.items():
         if key not in names:
-            raise UsageError(f"--params {where}: no parameter '{key}'; available: {', '.join(sorted(names))}")
-        if isinstance(value, dict):
-            _check_names(getattr(settings, key), value, f"{where} [{key}]")
+            raise ValueError(f"no parameter '{table}{key}'; available: {', '.join(table + name for name in names)}")
+        default = getattr(defaults, key)
+        if dataclasses.is_dataclass(default):
+            _check(default, value, f"{table}{key}.")
+        elif isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"{table}{key} = {value}; give a finite number")

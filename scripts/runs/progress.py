@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -11,23 +12,23 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hardware.hal import Recorded, Robot
 
+COLUMNS = (
+    TextColumn("{task.fields[now]:7.1f} s"),
+    BarColumn(40),
+    TextColumn("{task.fields[speed]:5.1f} x real time"),
+    TimeRemainingColumn(),
+)
+
 
 @contextmanager
-def progress_bar(robot: Robot, duration: float | None) -> Generator[Callable[[float], None], None, None]:
+def progress_bar(robot: Robot, duration: float) -> Generator[Callable[[float], None], None, None]:
     """Yield a function to be told the run's time since its start [s]; silent where there is no terminal."""
-    total = duration
-    if isinstance(robot, Recorded):
-        span = robot.span[1] - robot.span[0]
-        total = span if duration is None else min(span, duration)
+    span = robot.span[1] - robot.span[0] if isinstance(robot, Recorded) else math.inf
+    total = min(duration, span)
     console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.fields[now]:7.1f} s"),
-        BarColumn(40),
-        TextColumn("{task.fields[speed]:5.1f} x real time"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
-        task, began = bars.add_task("run", total=total, now=0.0, speed=0.0), time.perf_counter()
+    with Progress(*COLUMNS, console=console, disable=not console.is_terminal, transient=True) as bars:
+        task = bars.add_task("run", total=total if math.isfinite(total) else None, now=0.0, speed=0.0)
+        began = time.perf_counter()
 
         def advance(now: float) -> None:
             bars.update(task, completed=now, now=now, speed=now / max(time.perf_counter() - began, 1e-6))

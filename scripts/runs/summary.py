@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from scripts.runs.execute import Finished
 
+PICTURES = ("report.png", "run.gif", "report.html")
+
 
 def summary(run: Finished) -> list[str]:
     """What came out, and where the pictures are."""
-    m = dict(run.record.metrics)
+    m, grid = run.record.metrics, run.record.map
     lines: list[str] = []
     if "position_rmse_m" in m:
         lines.append(
@@ -15,18 +17,17 @@ def summary(run: Finished) -> list[str]:
             f"heading to {m['heading_rmse_deg']:.2f} deg."
         )
     if "odometry_ratio" in m:
-        lines.append(f"Wheel odometry alone drifted to {1e3 * m['odometry_position_rmse_m']:.0f} mm: {m['odometry_ratio']:.0f} times worse.")
+        times = f"{m['odometry_ratio']:.1f} times as much"
+        lines.append(f"Wheel odometry alone was off by {1e3 * m['odometry_position_rmse_m']:.1f} mm RMS, {times}.")
     if "wall_rms_m" in m:
         lines.append(f"The map's walls are right to {1e3 * m['wall_rms_m']:.1f} mm; {100 * m['wall_recall']:.1f} % of those seen are in it.")
-    occupied = int(run.record.map.occupied().sum())
-    if "wall_rms_m" not in m:
-        lines.append(f"The map has {occupied} occupied cells of {100 * run.record.map.geometry.resolution:g} cm.")
-    lines.append(
-        f"It ran {m.get('real_time_factor', 0.0):.1f} times faster than real time; "
-        f"one update took {m.get('update_ms_median', 0.0):.2f} ms (99 %: {m.get('update_ms_p99', 0.0):.2f} ms)."
-    )
-    degraded = int(m["frames_degraded"] + m["frames_lost"])
-    if degraded:
-        lines.append(f"{degraded} of {int(m['frames'])} frames were degraded or lost.")
-    names = ("report.png", "run.gif", "report.html")
-    return [*lines, "", *(str(run.folder / name) for name in names)]
+    else:
+        lines.append(f"The map has {int(grid.occupied().sum())} occupied cells of {100 * grid.geometry.resolution:g} cm.")
+    if "real_time_factor" in m:
+        lines.append(
+            f"It ran at {m['real_time_factor']:.1f} x real time; one update of the estimate took {m['update_ms_median']:.2f} ms "
+            f"(99 %: {m['update_ms_p99']:.2f} ms)."
+        )
+    if amiss := int(m["frames_degraded"] + m["frames_lost"]):
+        lines.append(f"{amiss} of {int(m['frames'])} frames were degraded or lost.")
+    return [*lines, "", *(str(run.folder / name) for name in PICTURES)]

@@ -71,7 +71,7 @@ def _accumulate(
     H: NDArray[np.float64],
     g: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Weighted normal equations of all points: writes H = sum w J^T J and g = sum w J^T d; returns RMS residual and share of points used."""
+    """Normal equations of all points: writes H = sum w J^T J, g = sum w J^T d; returns RMS residual, share of points used."""
     nearest, surfaces, resolution = field
     height, width = nearest.shape
     flat = surfaces.reshape(-1, 5)

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from slam.kernels.jit import njit
 
 X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
-"""Columns of a surface element: a point on it [m], its unit normal, and 1 for a line .. 0 for a lone point."""
+"""Columns of a surface element: a point on it [m], its unit normal, and 1 for a line, 0 for a lone point."""
 
+FLAT = 0.15
+"""Largest ratio of the variances across and along, of hits that make a line."""
 NEIGHBOURHOODS = (2, 4, 8, 12)
 """Cells to each side in which hits are pooled: the first that holds three occupied cells."""
 
@@ -88,49 +90,63 @@ def fit(
     The neighbourhood grows from 5 x 5 to 25 x 25 cells until three occupied cells are found: far walls are hit sparsely.
     Pooling across cells also removes the bias of a wall that lies on a cell border.
     """
-    height, width = occupied.shape
-    count, offset = hits
+    width = occupied.shape[1]
+    offset = hits[1]
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
+        surface = surfaces[row, col]
+        surface[X], surface[Y] = offset[row, col, 0], offset[row, col, 1]
+        surface[FLATNESS] = 0.0
         for reach in NEIGHBOURHOODS:
-            n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for r in range(max(row - reach, 0), min(row + reach + 1, height)):
-                for c in range(max(col - reach, 0), min(col + reach + 1, width)):
-                    if not occupied[r, c]:
-                        continue
-                    w = count[r, c]
-                    x = (c - col) * resolution + offset[r, c, 0]
-                    y = (r - row) * resolution + offset[r, c, 1]
-                    n += 1
-                    total += w
-                    mx += w * x
-                    my += w * y
-                    xx += w * x * x
-                    xy += w * x * y
-                    yy += w * y * y
-            if n >= 3:
+            moments = _pool(occupied, hits, (row, col, reach), resolution)
+            if moments[0] >= 3:
+                _fit_line(surface, moments)
                 break
-        _store(surfaces[row, col], (n, total, mx, my, xx, xy, yy))
-        x, y = (col + 0.5) * resolution, (row + 0.5) * resolution
-        if surfaces[row, col, FLATNESS] == 0.0:
-            surfaces[row, col, X], surfaces[row, col, Y] = offset[row, col, 0], offset[row, col, 1]
-        surfaces[row, col, X] += x
-        surfaces[row, col, Y] += y
+        surface[X] += (col + 0.5) * resolution
+        surface[Y] += (row + 0.5) * resolution
+
+
+Moments = tuple[int, float, float, float, float, float, float]
+"""Cells, weight, and weighted sums of x, y, x^2, x y, y^2."""
 
 
 @njit
-def _store(surface: NDArray[np.float32], moments: tuple[int, float, float, float, float, float, float]) -> None:
-    """Mean, normal and flatness from weighted moments: the normal is the eigenvector of the smaller eigenvalue."""
-    n, total, mx, my, xx, xy, yy = moments
-    surface[:] = 0.0
-    if n < 3:
+def _pool(
+    occupied: NDArray[np.bool_], hits: tuple[NDArray[np.float32], NDArray[np.float32]], place: tuple[int, int, int], resolution: float
+) -> Moments:
+    """Moments of the mean hits of the occupied cells about (row, col), within `reach` rows and columns, about the cell's centre."""
+    height, width = occupied.shape
+    count, offset = hits
+    row, col, reach = place
+    n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+        for c in range(max(col - reach, 0), min(col + reach + 1, width)):
+            if not occupied[r, c]:
+                continue
+            w = count[r, c]
+            x = (c - col) * resolution + offset[r, c, 0]
+            y = (r - row) * resolution + offset[r, c, 1]
+            n += 1
+            total += w
+            mx += w * x
+            my += w * y
+            xx += w * x * x
+            xy += w * x * y
+            yy += w * y * y
+    return n, total, mx, my, xx, xy, yy
+
+
+@njit
+def _fit_line(surface: NDArray[np.float32], moments: Moments) -> None:
+    """Store mean and normal where the points lie along a line: the normal is the eigenvector of the smaller eigenvalue."""
+    _, total, mx, my, xx, xy, yy = moments
+    if total <= 0.0:
         return
     mx, my = mx / total, my / total
     a, b, d = xx / total - mx * mx, xy / total - mx * my, yy / total - my * my
     spread = np.sqrt(0.25 * (a - d) ** 2 + b * b)
     large, small = 0.5 * (a + d) + spread, max(0.5 * (a + d) - spread, 0.0)
-    ratio = small / large if large > 0.0 else 1.0
-    if ratio > 0.15:
+    if small > FLAT * large:
         return
     angle = 0.5 * np.arctan2(2.0 * b, a - d)
     surface[X], surface[Y] = mx, my

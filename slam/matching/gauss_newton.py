@@ -38,7 +38,9 @@ class GaussNewton:
     correlated_beams: float = 10.0
     """Neighbouring beams share the map's errors: this many count as one independent residual."""
 
-    def match(self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float, start: SE2 | None = None) -> Match:
+    def match(
+        self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float, start: SE2 | None = None
+    ) -> Match:
         """Register points (M, 2) [m], given in base, on the field.
 
         Args:

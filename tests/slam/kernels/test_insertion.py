@@ -201,7 +201,7 @@ def overlap(start: FloatArray, end: FloatArray, cell: tuple[int, int], margin: f
     """Share of the segment inside a cell that is larger by a margin, by clipping; negative where it passes by. Liang, Barsky (1984)."""
     low, high = 0.0, 1.0
     for p, d, edge in ((start[0], end[0] - start[0], cell[1]), (start[1], end[1] - start[1], cell[0])):
-        if d == 0.0:
+        if abs(d) < 1e-12:
             if not edge - margin <= p <= edge + 1 + margin:
                 return -1.0
             continue

@@ -36,13 +36,20 @@ def assert_nearest(field: SurfaceField, grid: OccupancyGrid) -> None:
     np.testing.assert_array_equal(held_distances(field), squared_distances(occupied))
 
 
+def empty_grid(geometry: GridGeometry) -> OccupancyGrid:
+    """A map in which every cell that turns occupied has been hit once, in its middle."""
+    grid = OccupancyGrid.empty(geometry)
+    grid.hit_count[:] = 1.0
+    return grid
+
+
 cells = st.lists(st.integers(0, WIDTH * HEIGHT - 1), unique=True, max_size=12)
 
 
 @settings(max_examples=150)
 @given(st.lists(st.tuples(cells, cells), min_size=1, max_size=6))
 def test_the_nearest_surface_is_the_nearest_after_any_comings_and_goings(steps: list[tuple[list[int], list[int]]]) -> None:
-    grid = OccupancyGrid.empty(GridGeometry(1.0, WIDTH, HEIGHT))
+    grid = empty_grid(GridGeometry(1.0, WIDTH, HEIGHT))
     field = SurfaceField(grid, REACH)
     for come, gone in steps:
         grid.log_odds.reshape(-1)[gone], grid.log_odds.reshape(-1)[come] = -1.0, 1.0
@@ -52,19 +59,19 @@ def test_the_nearest_surface_is_the_nearest_after_any_comings_and_goings(steps: 
 
 @given(cells)
 def test_a_fresh_field_holds_the_nearest_surfaces(occupied: list[int]) -> None:
-    grid = OccupancyGrid.empty(GridGeometry(1.0, WIDTH, HEIGHT))
+    grid = empty_grid(GridGeometry(1.0, WIDTH, HEIGHT))
     grid.log_odds.reshape(-1)[occupied] = 1.0
     assert_nearest(SurfaceField(grid, REACH), grid)
 
 
 @given(cells, st.integers(0, 5), st.integers(0, 5), st.integers(0, 5), st.integers(0, 5))
 def test_a_grown_field_is_the_field_of_the_grown_map(occupied: list[int], below: int, left: int, above: int, right: int) -> None:
-    small = OccupancyGrid.empty(GridGeometry(0.5, WIDTH, HEIGHT, SE2(1.0, 2.0)))
-    small.log_odds.reshape(-1)[occupied], small.hit_count.reshape(-1)[occupied] = 1.0, 3.0
+    small = empty_grid(GridGeometry(0.5, WIDTH, HEIGHT, SE2(1.0, 2.0)))
+    small.log_odds.reshape(-1)[occupied] = 1.0
     corner = SE2(1.0 - 0.5 * left, 2.0 - 0.5 * below)
-    large = OccupancyGrid.empty(GridGeometry(0.5, WIDTH + left + right, HEIGHT + below + above, corner))
+    large = empty_grid(GridGeometry(0.5, WIDTH + left + right, HEIGHT + below + above, corner))
     window = slice(below, below + HEIGHT), slice(left, left + WIDTH)
-    large.log_odds[window], large.hit_count[window] = small.log_odds, small.hit_count
+    large.log_odds[window] = small.log_odds
     field, fresh = SurfaceField(small, 2.0), SurfaceField(large, 2.0)
     field.grow(large, (below, left))
     np.testing.assert_allclose(field.surfaces, fresh.surfaces, atol=1e-5)
@@ -75,10 +82,10 @@ def test_a_grown_field_is_the_field_of_the_grown_map(occupied: list[int], below:
 @settings(max_examples=40)
 @given(cells, cells, st.integers(0, 5), st.integers(0, 5))
 def test_a_grown_field_follows_later_changes_near_it(before: list[int], after: list[int], below: int, left: int) -> None:
-    small = OccupancyGrid.empty(GridGeometry(1.0, WIDTH, HEIGHT))
+    small = empty_grid(GridGeometry(1.0, WIDTH, HEIGHT))
     small.log_odds.reshape(-1)[before] = 1.0
     field = SurfaceField(small, REACH)
-    large = OccupancyGrid.empty(GridGeometry(1.0, WIDTH + left, HEIGHT + below, SE2(-float(left), -float(below))))
+    large = empty_grid(GridGeometry(1.0, WIDTH + left, HEIGHT + below, SE2(-float(left), -float(below))))
     large.log_odds[below:, left:] = small.log_odds
     field.grow(large, (below, left))
     turned = (np.array(after, np.int64) // WIDTH + below) * (WIDTH + left) + np.array(after, np.int64) % WIDTH + left
