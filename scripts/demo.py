@@ -30,6 +30,6 @@ class DemoOptions:
 def main(argv: list[str]) -> int:
     """Run; returns the exit code."""
     options = parse(DemoOptions, argv, "demo")
-    from scripts.runs.conclude import conclude  # late: options and their mistakes are answered before Numba is loaded
+    from scripts.runs.summary import conclude  # late: options and their mistakes are answered before Numba is loaded
 
     return conclude(RunOptions(seed=options.seed, out=options.out, record=True))

@@ -1,4 +1,6 @@
-"""Errors of the command line."""
+"""Errors of the command line, and its exit codes."""
+
+FAILED, INTERRUPTED = 2, 130
 
 
 class UsageError(Exception):

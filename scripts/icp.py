@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from rich.console import Console
@@ -44,6 +45,8 @@ class IcpOptions:
     """Recording to take two scans from: a run folder, a rosbag2 (.mcap), a CARMEN log or a CoreSLAM .dat."""
     scans: tuple[int, int] = (0, 3)
     """With --log: number of the target scan, and of the source scan that is laid over it; the first is 0."""
+    guess: Literal["wheels", "none"] = "wheels"
+    """With --log: start from the wheels' motion between the scans, or from no motion as the source report does."""
     gif: Path | None = None
     """Animation of the steps to write."""
     png: Path | None = None
@@ -67,8 +70,9 @@ def main(argv: list[str]) -> int:
     options = parse(IcpOptions, argv, "icp")
     matcher = _matcher(options)
     pair = displaced_room() if options.log is None else recorded_pair(options.log, *options.scans)
-    steps = list(matcher.steps(pair.source, pair.target, pair.guess))
-    match = matcher.match(pair.source, pair.target, pair.guess)
+    guess = pair.wheels if pair.wheels is not None and options.guess == "wheels" else SE2()
+    steps = list(matcher.steps(pair.source, pair.target, guess))
+    match = matcher.match(pair.source, pair.target, guess)
     Console().print(_table(pair.title, steps))
     print("\n".join(_answer(pair, match)))
     for path, write in ((options.gif, write_icp_gif), (options.png, write_icp_png)):

@@ -22,9 +22,9 @@ WIDTH, HEIGHT, HEADER, CURVE = 760, 600, 62, 96
 """Largest picture of the scans, height of the text above and of the curve below it [px]."""
 MARGIN = 0.3
 """Free paper around the scans [m]."""
-LINK, GRID = "#f2c088", "#eef0f3"
-DOT, ROBOT = 1.6, 7.0
-"""Radius of a point and of a lidar [px]."""
+LINK, GRID, AHEAD = "#f0a04b", "#eef0f3", "#d5d9df"
+TARGET_DOT, SOURCE_DOT, ARROW = 2.4, 1.4, 7.0
+"""Radius of a point of either scan, so that one shows behind the other, and of the arrows [px]."""
 
 
 def write_icp_gif(path: Path, pair: ScanPair, steps: Sequence[IcpStep]) -> None:
@@ -72,9 +72,11 @@ def _draw_step(pair: ScanPair, steps: Sequence[IcpStep], number: int, viewport: 
     draw = ImageDraw.Draw(fine)
     _draw_grid(draw, viewport)
     for p, q in zip(viewport.pixels(step.p), viewport.pixels(step.q), strict=True):
-        draw.line((p, q), fill=LINK, width=FINE // 2)
-    _draw_scan(draw, viewport, pair.target, SE2(), palette.OCCUPIED)
-    _draw_scan(draw, viewport, pair.source, step.T_target_source, palette.SCAN)
+        draw.line((p, q), fill=LINK, width=1)
+    _draw_scan(draw, viewport, pair.target, palette.OCCUPIED, TARGET_DOT)
+    _draw_arrow(draw, viewport, SE2(), palette.OCCUPIED)
+    _draw_scan(draw, viewport, step.T_target_source.transform(pair.source), palette.SCAN, SOURCE_DOT)
+    _draw_arrow(draw, viewport, step.T_target_source, palette.SCAN)
     picture = Image.new("RGB", (viewport.size[0] // FINE, viewport.size[1] // FINE + HEADER + CURVE), palette.PAGE)
     picture.paste(fine.reduce(FINE), (0, HEADER))
     _draw_header(ImageDraw.Draw(picture), pair.title, f"step {number} of {len(steps) - 1}")
@@ -93,14 +95,16 @@ def _draw_grid(draw: ImageDraw.ImageDraw, viewport: Viewport) -> None:
         draw.line(viewport.pixels(np.array([[viewport.left, y], [right, y]])), fill=GRID, width=FINE)
 
 
-def _draw_scan(draw: ImageDraw.ImageDraw, viewport: Viewport, points: FloatArray, pose: SE2, colour: str) -> None:
-    """The points, and a small arrow where they were seen from."""
-    radius = DOT * FINE
-    for x, y in viewport.pixels(pose.transform(points)):
-        draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
-    size = ROBOT * FINE / viewport.scale
-    arrow = pose.transform(size * np.array([[1.4, 0.0], [-1.0, 0.9], [-0.5, 0.0], [-1.0, -0.9]]))
-    draw.polygon(viewport.pixels(arrow), fill=colour)
+def _draw_scan(draw: ImageDraw.ImageDraw, viewport: Viewport, points: FloatArray, colour: str, radius: float) -> None:
+    r = radius * FINE
+    for x, y in viewport.pixels(points):
+        draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
+
+
+def _draw_arrow(draw: ImageDraw.ImageDraw, viewport: Viewport, pose: SE2, colour: str) -> None:
+    """Where the scan was seen from."""
+    size = ARROW * FINE / viewport.scale
+    draw.polygon(viewport.pixels(pose.transform(size * np.array([[1.4, 0.0], [-1.0, 0.9], [-0.5, 0.0], [-1.0, -0.9]]))), fill=colour)
 
 
 def _draw_header(draw: ImageDraw.ImageDraw, title: str, progress: str) -> None:
@@ -123,7 +127,7 @@ def _curve(steps: Sequence[IcpStep], number: int, width: int) -> Image.Image:
     ys = bottom - (bottom - top) * rms / max(float(rms.max()), 1e-9)
     line = list(zip(xs.tolist(), ys.tolist(), strict=True))
     draw.line([(left, bottom), (right, bottom)], fill=GRID, width=FINE)
-    draw.line(line, fill=palette.UNKNOWN, width=2 * FINE, joint="curve")
+    draw.line(line, fill=AHEAD, width=2 * FINE, joint="curve")
     draw.line(line[: number + 1], fill=palette.ESTIMATE, width=2 * FINE, joint="curve")
     x, y = line[number]
     draw.ellipse((x - 4 * FINE, y - 4 * FINE, x + 4 * FINE, y + 4 * FINE), fill=palette.ESTIMATE)

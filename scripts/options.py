@@ -24,10 +24,15 @@ _REWORDED = (
     (r"Error parsing (\S+): .*? instantiated from (\[.*?\])\..*", r"\1 cannot be \2"),
 )
 """What tyro says -> what a stranger understands; the first that fits."""
+_REMEDIES = (
+    (r"(?:Perhaps you meant|Arguments similar to .*):\n(--[\w-]+)", r"did you mean \1?"),
+    (r"Argument helptext:\n(.*)", r"write \1"),
+    (r"Available subcommands: (.*)", r"available: \1"),
+)
 
 
-def parse(options: type[T], argv: list[str], verb: str) -> T:
-    """Fill a dataclass, or one of a union of subcommands, from the command line.
+def parse(options: type[T], argv: list[str], verb: str, about: str | None = None) -> T:
+    """Fill a dataclass, or one of a union of subcommands, from the command line; `about` stands in for its docstring.
 
     Raises:
         UsageError: an option is unknown, lacks its value or has one that it cannot take.
@@ -36,7 +41,7 @@ def parse(options: type[T], argv: list[str], verb: str) -> T:
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(options, args=argv, prog=f"twin {verb}", config=(tyro.conf.FlagCreatePairsOff,))
+            return tyro.cli(options, args=argv, prog=f"twin {verb}", description=about, config=(tyro.conf.FlagCreatePairsOff,))
     except SystemExit as stop:
         if not stop.code:
             raise
@@ -44,18 +49,16 @@ def parse(options: type[T], argv: list[str], verb: str) -> T:
 
 
 def _one_line(text: str) -> str:
-    """The problem, which stands above the first rule of tyro's box, and from below it what was meant or how the option is used."""
+    """The problem, which stands above the first rule of tyro's box, and the first remedy found below it."""
     lines = [_COLOUR.sub("", line).strip(_FRAME) for line in text.splitlines()[1:]]
     problem, *rest = re.split(r"\n─+\n", "\n".join(filter(None, lines)))
-    below = "\n".join(rest)
-    if (meant := re.search(r"^(?:Perhaps you meant|Arguments similar to .*):\n(--[\w-]+)", below, re.MULTILINE)) is not None:
-        return f"{_reworded(problem)}; did you mean {meant[1]}?"
-    if (usage := re.search(r"^Argument helptext:\n(.*)", below, re.MULTILINE)) is not None:
-        return f"{_reworded(problem)}; write {usage[1]}"
-    return _reworded(problem)
+    remedies = (re.sub(pattern, words, found[0]) for pattern, words in _REMEDIES if (found := re.search(pattern, "\n".join(rest))))
+    return "; ".join([_reworded(problem), *list(remedies)[:1]])
 
 
 def _reworded(problem: str) -> str:
+    if missing := re.findall(r"(?:^Missing from .*:|\(required\))\n(.+)", problem):
+        return f"missing: {', '.join(missing)}"
     line = " ".join(problem.split())
     for pattern, words in _REWORDED:
         if (found := re.fullmatch(pattern, line)) is not None:

@@ -11,6 +11,6 @@ HELP = "drive a robot or replay a recording, estimate, and write a folder with m
 def main(argv: list[str]) -> int:
     """Run; returns the exit code."""
     options = parse(RunOptions, argv, "run")
-    from scripts.runs.conclude import conclude  # late: options and their mistakes are answered before Numba is loaded
+    from scripts.runs.summary import conclude  # late: options and their mistakes are answered before Numba is loaded
 
     return conclude(options)

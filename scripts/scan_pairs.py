@@ -35,11 +35,6 @@ class ScanPair:
     """By wheel odometry."""
     truth: SE2 | None = None
 
-    @property
-    def guess(self) -> SE2:
-        """Where to start: by the wheels, without them nowhere else."""
-        return self.wheels or SE2()
-
 
 def displaced_room() -> ScanPair:
     """The check: a scan all round the room, and the same points moved by (1 m, 2 m, 30 deg). The answer is the inverse of the move."""

@@ -1,9 +1,4 @@
-"""The verb `twin worlds`: what worlds there are, what one looks like, and one as a file to edit.
-
-`twin worlds` lists them, `twin worlds preview NAME --out x.png` draws a plan, `twin worlds export NAME --out x.toml`
-writes the world as TOML, the start of a world of your own: `twin run --world x.toml`. NAME is what `--world` takes
-everywhere: a name, a name with options (`aruco_room:spacing=0.3,furniture=false`) or a path to a .toml file.
-"""
+"""The verb `twin worlds`: what worlds there are, what one looks like, and one as a file to edit."""
 
 from __future__ import annotations
 
@@ -11,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import tyro
 from rich.console import Console
 from rich.table import Table
 from tyro.conf import Positional, arg, subcommand
 
+from scripts.options import parse
 from scripts.preview import draw_world
 from scripts.runs.files import write_text, write_via
 from worlds.errors import WorldFileError
@@ -23,6 +18,16 @@ from worlds.loader import load_world, world_names
 from worlds.toml_file import dump_world
 
 HELP = "list the worlds, draw one as a plan, write one as a TOML file"
+
+ABOUT = """List the worlds of the simulation, draw one as a plan, or write one as a TOML file: the start of a world of your own.
+
+$ twin worlds                                             what there is
+$ twin worlds preview aruco_room --out room.png           a plan with markers and route
+$ twin worlds export aruco_room --out mine.toml           a file to edit
+$ twin run --world mine.toml                              and to drive in
+
+NAME is what --world takes everywhere: a name, a name with options (aruco_room:spacing=0.3,furniture=false) or a .toml file.
+"""
 
 WorldName = Annotated[Positional[str], arg(metavar="NAME")]
 
@@ -89,6 +94,5 @@ def main(argv: list[str]) -> int:
         WorldError: no such world, or a wrong one.
         OutputError: the file cannot be written.
     """
-    command = tyro.cli(Command, default=ListWorlds(), args=argv, prog="twin worlds", description=__doc__)  # type: ignore[arg-type]
-    command.run()
+    parse(Command, argv or ["list"], "worlds", ABOUT).run()
     return 0

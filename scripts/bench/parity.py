@@ -19,8 +19,12 @@ from worlds.world import World
 HEIGHT = 0.18
 BEAMS = 682
 REACH = 5.6
-EDGE = 0.02
-"""Ranges that bend by more than this from beam to beam (second difference) have an edge there [m]."""
+STEP = 4.18 / (BEAMS - 1)
+"""Angle from beam to beam [rad]."""
+CREASE = 1e-4
+"""Ranges that are so far from those of one plane, as a share, have an edge between them."""
+JUMP = 0.02
+"""Ranges that bend by more than this from beam to beam (second difference) have an edge even on a curved surface [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +70,7 @@ def level_sweeps(world: World, count: int, seed: int) -> Iterator[tuple[Singles,
     x0, y0, x1, y1 = world.bounds
     while count:
         x, y = rng.uniform(x0, x1), rng.uniform(y0, y1)
-        angles = rng.uniform(-np.pi, np.pi) + np.linspace(-2.09, 2.09, BEAMS)
+        angles = rng.uniform(-np.pi, np.pi) + STEP * (np.arange(BEAMS) - (BEAMS - 1) / 2)
         if world.clearance((x, y), (x, y)) >= 0.05:
             directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(BEAMS)])
             yield np.tile(np.array([x, y, HEIGHT], np.float32), (BEAMS, 1)), directions.astype(np.float32)
@@ -84,9 +88,20 @@ def _compare(world: World, sweeps: int, seed: int, behind: EmbreeRays | None) ->
         embree, bullet = EmbreeRays(static_triangles(world)), BulletRays(client)
         for origins, directions in level_sweeps(world, sweeps, seed):
             e, b = (np.minimum(rays.cast(origins, directions, REACH), REACH).astype(np.float64) for rays in (embree, bullet))
-            edge = np.abs(np.roll(e, 1) - 2.0 * e + np.roll(e, -1)) > EDGE
+            edge = _creases(e) if behind is None else _jumps(e)
             chosen = np.ones(BEAMS, bool) if behind is None else e < behind.cast(origins, directions, REACH) - 1e-4
             chosen[[0, 1, -2, -1]] = False
             errors.append(np.abs(e - b)[chosen])
             beside.append((np.roll(edge, 1) | edge | np.roll(edge, -1))[chosen])
     return Parity(np.concatenate(errors), np.concatenate(beside))
+
+
+def _creases(ranges: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Beams (N,) that do not lie in one plane with their neighbours: along a plane 1/r is a sine of the beam's angle."""
+    u = 1.0 / ranges
+    return np.abs(np.roll(u, 1) + np.roll(u, -1) - 2.0 * np.cos(STEP) * u) > CREASE * u
+
+
+def _jumps(ranges: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Beams (N,) with a neighbour at another depth."""
+    return np.abs(np.roll(ranges, 1) - 2.0 * ranges + np.roll(ranges, -1)) > JUMP

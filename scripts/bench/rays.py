@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import pybullet
 
 from scripts.bench.parity import flat_parity, level_sweeps, round_parity
 from scripts.bench.row import Row
 from sim.lidar import Lidar, moving_bodies
-from sim.rays import BulletRays, EmbreeRays
+from sim.rays import EmbreeRays
 from sim.realism import REALISMS
 from sim.robot import Sim
 from sim.scene import static_triangles
@@ -35,11 +36,11 @@ def _speed_rows(rounds: int) -> list[Row]:
         fixed = EmbreeRays(static_triangles(simulation.world))
         lidar = Lidar(spec, REALISMS["datasheet"], fixed, moving_bodies(simulation.world), np.random.default_rng(0))
         origins, directions = next(level_sweeps(simulation.world, 1, 0))
-        bullet = BulletRays(simulation.client)
+        client, starts, ends = simulation.client, origins.tolist(), (origins + spec.range_max * directions).tolist()
         contenders: list[tuple[Callable[[], object], int]] = [
             (lambda: lidar.scan(simulation.motion, 0.3), 100),
             (lambda: fixed.cast(origins, directions, spec.range_max), 100),
-            (lambda: bullet.cast(origins, directions, spec.range_max), 10),
+            (lambda: pybullet.rayTestBatch(starts, ends, physicsClientId=client), 10),
         ]
         scans, embree, peer = _rates(contenders, rounds)
     rays = spec.beams

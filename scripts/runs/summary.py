@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from scripts.runs.execute import Finished
+from scripts.errors import INTERRUPTED
+from scripts.runs.execute import Finished, execute
+from scripts.runs.options import RunOptions
 
 PICTURES = ("report.png", "run.gif", "report.html")
+
+
+def conclude(options: RunOptions) -> int:
+    """Run, write everything and say what came out; returns the exit code."""
+    run = execute(options)
+    print("\n".join(summary(run)))
+    return INTERRUPTED if run.interrupted else 0
 
 
 def summary(run: Finished) -> list[str]:

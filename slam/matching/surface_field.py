@@ -18,7 +18,7 @@ from slam.se2 import SE2
 class SurfaceField:
     """Nearest surfaces of one occupancy grid, kept up to date cell by cell."""
 
-    def __init__(self, grid: OccupancyGrid, reach: float = 1.0) -> None:
+    def __init__(self, grid: OccupancyGrid, reach: float = 0.6) -> None:
         """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
         self.radius = max(1, round(reach / grid.geometry.resolution))
         self.resolution = grid.geometry.resolution

@@ -42,7 +42,7 @@ class Walls:
         """Hits (M, 2) [m] in base of a laser at base, with this much added to each range."""
         ranges = self.ranges(T_map_base, angles)
         seen = np.isfinite(ranges)
-        return ((ranges + noise)[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]))[seen]
+        return (ranges + noise)[seen, None] * np.column_stack([np.cos(angles), np.sin(angles)])[seen]
 
     def samples(self) -> FloatArray:
         """Points (M, 2) [m] every millimetre along the walls."""

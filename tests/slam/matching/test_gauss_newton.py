@@ -28,12 +28,6 @@ def field(room: Any, make_grid: Any) -> SurfaceField:
     return SurfaceField(make_grid(room.samples(), ABOUT_ORIGIN))
 
 
-def away_from_corners(points: FloatArray, T_map_base: SE2) -> FloatArray:
-    """Points (M, 2) that hit the walls of the room a cell's neighbourhood away from every corner."""
-    x, y = T_map_base.transform(points).T
-    return points[(np.minimum(abs(x + 1.97), abs(x - 2.03)) > 0.7) ^ (np.minimum(abs(y + 1.46), abs(y - 1.54)) > 0.7)]
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.006, 0.0125, 0.019, 0.025, 0.031, 0.0375, 0.044, 0.0499])
 def test_planes_are_matched_exactly_wherever_they_lie_in_their_cells(make_walls: Any, make_grid: Any, offset: float) -> None:
     walls = make_walls([(-2, 1.5 + offset, 2, 1.5 + offset), (2 + offset, -1.4, 2 + offset, 1.4), (-2, -1.5 + offset, 2, -1.5 + offset)])
