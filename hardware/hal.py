@@ -86,7 +86,7 @@ class Robot(Protocol):
         """Take hold of the devices.
 
         Raises:
-            HardwareError: a device cannot be opened; nothing is held.
+            HardwareError, or the backend's own error: a device or a world cannot be opened; nothing is held.
         """
         ...
 

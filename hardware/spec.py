@@ -104,7 +104,7 @@ class ImuSpec:
     """Time between readings [s]."""
     max_rate: float = math.radians(440.0)
     """Largest rate it can report [rad/s]."""
-    T_base_imu: SE3 = field(default_factory=lambda: SE3.from_xyz_rpy((-0.04, 0.0, 0.09)))
+    T_base_imu: SE3 = field(default_factory=lambda: SE3.from_xyz_rpy((-0.08, 0.0, 0.115)))
 
 
 @dataclass(frozen=True, slots=True)

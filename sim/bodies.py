@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-import pybullet
-
+from sim.bullet import pybullet
 from sim.scene import box_size, middle
 from worlds.parts import Cylinder
 from worlds.world import Solid, World

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hardware.spec import DriveSpec
-from sim.motion import STEP, WHEELS, Motion
+from sim.motion import NANOSECONDS, STEP, WHEELS, Motion
 from slam.messages import WheelOdometry
 from slam.se2 import SE2
 
@@ -60,7 +60,7 @@ class Odometer:
     @property
     def due(self) -> float:
         """Time of the next reading [s]."""
-        return self._readings * self._spec.period
+        return round(self._readings * self._spec.period, NANOSECONDS)
 
     @property
     def stalled(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hardware.spec import ImuSpec
-from sim.motion import Motion
+from sim.motion import NANOSECONDS, Motion
 from sim.realism import Realism
 from slam.messages import Imu
 
@@ -23,7 +23,7 @@ class Gyro:
     @property
     def due(self) -> float:
         """Time of the next reading [s]."""
-        return self._readings * self._spec.period
+        return round(self._readings * self._spec.period, NANOSECONDS)
 
     def read(self, motion: Motion) -> Imu:
         """The reading that is due."""

@@ -117,14 +117,14 @@ def frames_of(poses: Floats) -> Floats:
 
 
 @njit
-def measure(ranges: Singles, normals: Floats, sigmas: tuple[float, float], resolution: float, limits: tuple[float, float]) -> Floats:
-    """What a lidar reports (N,) [m] of true ranges: noise of max(sigmas[0], sigmas[1] r), rounding, and REP 117 outside the limits."""
+def measure(ranges: Singles, normals: Floats, sigmas: tuple[float, float], steps: float, limits: tuple[float, float]) -> Floats:
+    """What a lidar reports (N,) [m] of true ranges: noise of max(sigmas[0], sigmas[1] r), whole steps, REP 117 outside the limits."""
     reported = np.empty(len(ranges))
     for i in range(len(ranges)):
         r = float(ranges[i])
         if np.isfinite(r):
             r += normals[i] * max(sigmas[0], sigmas[1] * r)
-            r = np.rint(r / resolution) * resolution
+            r = np.rint(r * steps) / steps
         if r < limits[0]:
             r = -np.inf
         elif r > limits[1]:

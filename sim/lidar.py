@@ -11,7 +11,7 @@ import numpy as np
 from hardware.spec import LidarSpec
 from sim import kernels
 from sim.bodies import movable_solids
-from sim.motion import BODIES, STEP, Motion
+from sim.motion import BODIES, NANOSECONDS, STEP, Motion
 from sim.rays import EmbreeRays, Rays, Singles
 from sim.realism import Realism
 from sim.scene import body_triangles
@@ -23,8 +23,8 @@ FIRST_STEP = 44
 """Steps from the device's zero to its first delivered beam."""
 ARRIVAL = 0.101
 """From the device's zero to the arrival of the scan [s]."""
-RESOLUTION = 0.001
-"""Of a range [m]."""
+STEPS = 1000.0
+"""Of a range [1/m]: whole millimetres."""
 REACH = 1.1
 """Rays go this share of the maximum range: noise may bring a farther wall into range."""
 
@@ -67,7 +67,7 @@ class Lidar:
 
     @property
     def _stamp(self) -> float:
-        return self._sweeps * self._spec.period + FIRST_STEP * self._spec.time_increment
+        return round(self._sweeps * self._spec.period + FIRST_STEP * self._spec.time_increment, NANOSECONDS)
 
     @property
     def due(self) -> float:
@@ -77,7 +77,7 @@ class Lidar:
     def sweep(self, motion: Motion) -> None:
         """Measure the sweep that is due."""
         scan = self.scan(motion, self._stamp)
-        self._arriving.append((self._sweeps * self._spec.period + ARRIVAL, scan))
+        self._arriving.append((round(self._sweeps * self._spec.period + ARRIVAL, NANOSECONDS), scan))
         self._sweeps += 1
 
     def arrived(self, now: float) -> list[LaserScan]:
@@ -94,7 +94,7 @@ class Lidar:
             self._true_ranges(motion, stamp),
             self._rng.standard_normal(spec.beams),
             self._sigmas,
-            RESOLUTION,
+            STEPS,
             (spec.range_min, spec.range_max),
         )
         return LaserScan(stamp, ranges, self._angles, spec.time_increment, spec.range_min, spec.range_max, spec.T_base_laser)

@@ -10,6 +10,8 @@ from sim import kernels
 from slam.se2 import SE2, FloatArray, wrap_angle
 from slam.se3 import SE3
 
+NANOSECONDS = 9
+"""Digits of every stamp: what a recording keeps, so that a replay sees the same bits."""
 STEP = 0.002
 """Physics step [s]: the period of the EV3's motor regulator."""
 WHEELS = 7

@@ -7,11 +7,11 @@ import tempfile
 from contextlib import ExitStack
 
 import numpy as np
-import pybullet
 
 from hardware.spec import RobotSpec
 from hardware.urdf import WHEELS, urdf
 from sim import bodies
+from sim.bullet import pybullet
 from sim.drive import TORQUE, Motors
 from sim.errors import PhysicsError
 from sim.motion import STEP, Motion

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import pybullet
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from sim.bodies import MOVABLE, WORLD
+from sim.bullet import pybullet
 from sim.scene import Triangles
 
 Singles = NDArray[np.float32]

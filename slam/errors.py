@@ -1,5 +1,9 @@
 """Errors of the estimator. A numerical outcome is a value (`Match.converged`, nan), never one of these."""
 
+from __future__ import annotations
+
+import math
+
 
 class SlamError(Exception):
     """Root of all errors raised by `slam`."""
@@ -11,6 +15,36 @@ class UnknownNameError(SlamError):
     def __init__(self, kind: str, name: str, available: list[str]) -> None:
         self.kind, self.name, self.available = kind, name, available
         super().__init__(f"no {kind} '{name}'; available: {', '.join(available)}")
+
+
+class ParameterError(SlamError):
+    """A parameter with a value that nothing can be done with."""
+
+    def __init__(self, settings: object, name: str, allowed: str) -> None:
+        super().__init__(f"{type(settings).__name__}.{name} = {getattr(settings, name)}; must be {allowed}")
+
+
+def require_positive(settings: object, *names: str) -> None:
+    """Raise ParameterError unless these parameters are finite and above 0."""
+    for name in names:
+        if not 0.0 < getattr(settings, name) < math.inf:
+            raise ParameterError(settings, name, "above 0")
+
+
+def require_not_negative(settings: object, *names: str) -> None:
+    """Raise ParameterError unless these parameters are finite and 0 or above."""
+    for name in names:
+        if not 0.0 <= getattr(settings, name) < math.inf:
+            raise ParameterError(settings, name, "0 or above")
+
+
+class MapTooLargeError(SlamError):
+    """A map that would not fit into memory: a pose or a range has jumped, or the cells are too small."""
+
+    def __init__(self, width: int, height: int, resolution: float) -> None:
+        super().__init__(
+            f"a map of {width} x {height} cells of {resolution:g} m is too large; a pose or a range has jumped, or take larger cells"
+        )
 
 
 class MapFileError(SlamError):

@@ -12,17 +12,24 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.errors import MapTooLargeError
 from slam.se2 import SE2, FloatArray
 
 LOG_ODDS_LIMIT = 5.0
 OCCUPIED_THRESHOLD = 0.65
 FREE_THRESHOLD = 0.196
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+MOST_CELLS = 50_000_000
+"""350 x 350 m in cells of 5 cm; a mapper needs some 100 bytes for each."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridGeometry:
-    """Where the cells are."""
+    """Where the cells are.
+
+    Raises:
+        MapTooLargeError: more than `MOST_CELLS` of them.
+    """
 
     resolution: float
     """Cell size [m]."""
@@ -32,6 +39,10 @@ class GridGeometry:
     """Rows, along y."""
     T_map_grid: SE2 = field(default_factory=SE2)
     """Pose of the lower-left corner of cell (0, 0); map_server's `origin`."""
+
+    def __post_init__(self) -> None:
+        if self.width * self.height > MOST_CELLS:
+            raise MapTooLargeError(self.width, self.height, self.resolution)
 
     def to_cells(self, points: FloatArray) -> NDArray[np.int64]:
         """Cells (N, 2) as (row, col) that hold map points (N, 2) [m]; may lie outside the grid."""

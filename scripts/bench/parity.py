@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 from msgspec import structs
 from numpy.typing import NDArray
 
 from sim.bodies import add_floor, add_world
+from sim.bullet import pybullet
 from sim.rays import BulletRays, EmbreeRays, Singles
 from sim.scene import static_triangles
 from worlds.world import World

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-import pybullet
 
 from scripts.bench.parity import flat_parity, level_sweeps, round_parity
 from scripts.bench.row import Row
+from sim.bullet import pybullet
 from sim.lidar import Lidar, moving_bodies
 from sim.rays import EmbreeRays
 from sim.realism import REALISMS

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomllib
 
 from hardware.hal import Recorded, Robot
 from hardware.registry import backend_class

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
-import tomllib
 
 from scripts.errors import UsageError
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slam.messages import Imu, SensorFrame, Trajectory, WheelOdometry
+from slam.messages import Imu, Trajectory, WheelOdometry
 from slam.se2 import SE2, interpolate
 
 HISTORY = 2.0
@@ -16,9 +16,6 @@ STANDSTILL = 0.5
 """Time without wheel motion after which the gyro's mean is its bias [s]."""
 SILENCE = 0.1
 """Gap between gyro readings beyond which the wheels give the heading [s]."""
-
-PATIENCE = 0.5
-"""Silence of a sensor after which the estimate counts as degraded [s]."""
 
 
 class DeadReckoning:
@@ -71,15 +68,6 @@ class DeadReckoning:
         before = [(stamp, pose) for stamp, pose in self._history if stamp < since][-1:]
         samples = before + kept
         return Trajectory(np.array([stamp for stamp, _ in samples]), np.array([pose.as_array() for _, pose in samples]).reshape(-1, 3))
-
-    def silent(self, frame: SensorFrame) -> str:
-        """Names a sensor that the body has and that has not spoken for `PATIENCE` seconds; empty when all is well."""
-        late = frame.stamp - PATIENCE
-        if "odometry" in frame.available and not self.empty and self.newest < late:
-            return "wheel odometry is silent"
-        if "imu" in frame.available and self._gyro and self._gyro[-1].stamp < late:
-            return "gyro is silent"
-        return ""
 
     def _step(self, reading: WheelOdometry) -> None:
         if self._wheels is None:

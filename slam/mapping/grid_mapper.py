@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.errors import require_not_negative, require_positive
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.kernels import insertion
 from slam.matching.surface_field import SurfaceField
@@ -29,6 +30,10 @@ class MapSettings:
     """A hit this near to a known line belongs to it [m]."""
     memory: float = 60.0
     """Hits that a cell's mean remembers."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "resolution", "hit", "merge", "memory")
+        require_not_negative(self, "fixed_size")
 
 
 class GridMapper:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from slam.errors import require_not_negative
 from slam.se2 import SE2
 
 
@@ -16,6 +17,9 @@ class KeyframeGate:
     """[m]"""
     yaw: float = 0.05
     """[rad]"""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "distance", "yaw")
 
     def passes(self, last: SE2 | None, now: SE2) -> bool:
         """True for the first scan and after enough motion."""

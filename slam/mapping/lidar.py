@@ -11,6 +11,7 @@ from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.scan_trajectory import ScanTrajectory
+from slam.mapping.sensor_watch import SensorWatch
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
@@ -47,6 +48,7 @@ class LidarPipeline:
     def __init__(self, settings: Lidar, T_map_base: SE2) -> None:
         self._settings = settings
         self._motion = DeadReckoning()
+        self._watch = SensorWatch()
         self._mapper = GridMapper(settings.map)
         self._path = ScanTrajectory()
         self._last: tuple[float, SE2, SE2] | None = None  # stamp, T_odom_base and T_map_base of the last scan
@@ -108,7 +110,7 @@ class LidarPipeline:
             start, width = s.search.search(self._mapper.field, cloud.points, guess, prior), s.search_above
         match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, width, start)
         self._match = match
-        if not match.converged or match.inliers < s.inliers_min:
+        if not self._counts(match):
             self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)
             return guess
         correction = guess.inverse() @ match.T_target_source
@@ -121,13 +123,16 @@ class LidarPipeline:
         self._covariance = np.array(match.covariance)
         return match.T_target_source
 
+    def _counts(self, match: Match) -> bool:
+        return match.converged and match.inliers >= self._settings.inliers_min
+
     def _estimate(self, frame: SensorFrame) -> Estimate:
         pose, covariance = self._T_map_odom @ self._motion.pose_at(frame.stamp), self._covariance
         if self._last is not None:
             step = self._last[2].inverse() @ pose
             covariance = self._settings.noise.propagate(covariance, self._last[2], step)
-        reason = self._motion.silent(frame)
-        if self._match is not None and not self._match.converged:
+        reason = self._watch.silent(frame)
+        if self._match is not None and not self._counts(self._match):
             reason = "the scan does not match the map"
         status = Status.DEGRADED if reason else Status.TRACKING
         health = self._match.inliers if self._match else 1.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.errors import require_not_negative, require_positive
 from slam.se2 import SE2, FloatArray
 
 
@@ -26,6 +27,10 @@ class MotionNoise:
     """Least position error of a step between scans [m]."""
     yaw_floor: float = 0.002
     """Least heading error of a step between scans [rad]."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "distance_per_distance", "yaw_per_distance", "yaw_per_yaw")
+        require_positive(self, "distance_floor", "yaw_floor")
 
     def covariance(self, increment: SE2) -> FloatArray:
         """Covariance (3, 3) of a step (x, y, yaw) in the frame that the step starts from [m, rad]."""

@@ -11,6 +11,7 @@ from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.scan_trajectory import ScanTrajectory
+from slam.mapping.sensor_watch import SensorWatch
 from slam.messages import Estimate, SensorFrame, Status
 from slam.scans import deskew
 from slam.se2 import SE2
@@ -37,6 +38,7 @@ class OdometryPipeline:
         self._settings = settings
         self._start = T_map_base
         self._motion = DeadReckoning()
+        self._watch = SensorWatch()
         self._mapper = GridMapper(settings.map)
         self._path = ScanTrajectory()
         self._last = SE2()
@@ -70,6 +72,6 @@ class OdometryPipeline:
         increment = self._last.inverse() @ T_odom_base
         self._covariance = self._settings.noise.propagate(self._covariance, pose @ increment.inverse(), increment)
         self._last = T_odom_base
-        silent = self._motion.silent(frame)
+        silent = self._watch.silent(frame)
         status = Status.DEGRADED if silent else Status.TRACKING
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), self._covariance, status, reason=silent)

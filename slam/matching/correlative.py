@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.errors import require_not_negative, require_positive
 from slam.kernels import correlative as kernels
 from slam.matching.surface_field import SurfaceField
 from slam.se2 import SE2, FloatArray
@@ -28,6 +29,10 @@ class Correlative:
     """Mean score that a pose one standard deviation from the guess must gain to be preferred."""
     beams: int = 180
     """Most points used, evenly spread."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "step", "sigma", "beams")
+        require_not_negative(self, "reach", "turn", "penalty")
 
     def search(self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray) -> SE2:
         """Best pose `T_map_base` about the guess, whose covariance (3, 3) is `prior`, for points (M, 2) in base [m]."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.errors import require_not_negative, require_positive
 from slam.kernels import gauss_newton as kernels
 from slam.matching.match import Match
 from slam.matching.surface_field import SurfaceField
@@ -37,6 +38,10 @@ class GaussNewton:
     """Smallest standard deviation believed of one residual [m]."""
     correlated_beams: float = 10.0
     """Neighbouring beams share the map's errors: this many count as one independent residual."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "iterations", "kernel_min", "kernel_max", "shrink", "tolerance", "residual_floor", "correlated_beams")
+        require_not_negative(self, "lone_weight")
 
     def match(
         self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float, start: SE2 | None = None

@@ -62,6 +62,8 @@ class SurfaceField:
         self.surfaces = np.zeros((*shape, 5), np.float32)
         self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
         self.squares[window] = old_squares
+        # walls near the old border are the nearest ones of cells beyond it
+        kernels.attach(self.nearest, self.squares, np.flatnonzero(self._occupied), self.radius)
         self.T_map_grid = grid.geometry.T_map_grid
         self.T_grid_map = self.T_map_grid.inverse()
 

@@ -64,7 +64,8 @@ class TourPolicy:
         if len(self._corners) == 0:
             self._corners = np.vstack([base, self._route, self._route[:1]])
             self._lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
-        while float(np.hypot(*(self._point(self._progress) - base))) < self._settings.lookahead:
+        once_round = self._progress + self._lengths[-1]  # a route may lie wholly within the look-ahead
+        while self._progress < once_round and float(np.hypot(*(self._point(self._progress) - base))) < self._settings.lookahead:
             self._progress += 0.02
         x, y = self._point(self._progress) - base
         c, s = math.cos(T_map_base.yaw), math.sin(T_map_base.yaw)
@@ -73,5 +74,5 @@ class TourPolicy:
     def _point(self, progress: float) -> FloatArray:
         """Point (2,) at a distance along the way [m]; past its end the round starts again at the first waypoint."""
         approach, end = self._lengths[1], self._lengths[-1]
-        along = progress if progress < end else approach + (progress - approach) % (end - approach)
-        return np.array([np.interp(along, self._lengths, self._corners[:, axis]) for axis in (0, 1)])
+        along = float(progress if progress < end else approach + (progress - approach) % max(end - approach, 1e-6))
+        return np.array([float(np.interp(along, self._lengths, self._corners[:, axis])) for axis in (0, 1)])

@@ -1,11 +1,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import pybullet
 import pytest
 
 from hardware.errors import HardwareError, NotOpenError
 from hardware.hal import Recorded, Robot
+from sim.bullet import pybullet
 from slam.messages import Twist
 from worlds.errors import WorldError
 

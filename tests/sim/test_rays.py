@@ -1,9 +1,9 @@
 import numpy as np
-import pybullet
 import pytest
 
 from scripts.bench.parity import flat_parity, round_parity
 from sim import bodies
+from sim.bullet import pybullet
 from sim.rays import BULLET_BATCH, BulletRays, EmbreeRays
 from sim.scene import static_triangles
 from worlds.loader import load_world, world_names

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from slam.mapping.dead_reckoning import HISTORY, PATIENCE, STANDSTILL, DeadReckoning
-from slam.messages import Imu, SensorFrame, WheelOdometry
+from slam.mapping.dead_reckoning import HISTORY, STANDSTILL, DeadReckoning
+from slam.messages import Imu, WheelOdometry
 from slam.se2 import SE2
 
 PERIOD, GYRO_PERIOD = 0.02, 0.01
@@ -133,19 +133,3 @@ def test_the_past_is_kept_for_a_while_and_then_forgotten() -> None:
     motion.add(wheels(0.2, 0.0, 0.0, 10.0), gyro(0.0, 0.0, 10.0))
     stamps = motion.window(-math.inf).stamps
     assert HISTORY <= 10.0 - stamps[0] <= HISTORY + 2 * PERIOD
-
-
-@pytest.mark.parametrize(
-    ("available", "late", "named"),
-    [
-        ({"odometry", "imu"}, 0.0, ""),
-        ({"odometry"}, 2 * PATIENCE, "odometry"),
-        ({"imu"}, 2 * PATIENCE, "gyro"),
-        (set(), 2 * PATIENCE, ""),
-    ],
-)
-def test_a_sensor_that_fell_silent_is_named(available: set[str], late: float, named: str) -> None:
-    motion = DeadReckoning()
-    motion.add(wheels(0.2, 0.0, 0.0, 1.0), gyro(0.0, 0.0, 1.0))
-    reason = motion.silent(SensorFrame(1.0 + late, available=frozenset(available)))
-    assert (named in reason) if named else reason == ""
