@@ -36,7 +36,7 @@ def write_icp_gif(path: Path, pair: ScanPair, steps: Sequence[IcpStep]) -> None:
     viewport = _viewport(pair, steps)
     numbers = np.unique(np.linspace(0, len(steps) - 1, MOST_FRAMES).round().astype(int)).tolist()
     pictures = [_draw_step(pair, steps, number, viewport) for number in numbers]
-    colours = pictures[0].quantize(COLOURS, dither=Image.Dither.NONE)
+    colours = pictures[0].quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     frames = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in pictures]
     durations = [FIRST_MS, *[FRAME_MS] * (len(frames) - 2), LAST_MS][-len(frames) :]
     write_via(path, lambda partial: frames[0].save(partial, save_all=True, append_images=frames[1:], duration=durations, loop=0))

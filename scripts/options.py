@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-from typing import TypeVar
+from pathlib import Path
+from typing import Annotated, TypeVar
 
 import tyro
 
@@ -13,8 +14,11 @@ from scripts.errors import UsageError
 
 T = TypeVar("T")
 
+OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
+"""A file that need not be given."""
+
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m|\[/?bold\]")
-_FRAME = "│╭╮╰╯ "
+_FRAME = "│╭╮╰╯|+ "
 _REWORDED = (
     (r"Unrecognized options: (.*)", r"not understood: \1"),
     (r"Missing value for argument '(\S+)'.*", r"\1 needs a value"),
@@ -49,9 +53,10 @@ def parse(options: type[T], argv: list[str], verb: str, about: str | None = None
 
 
 def _one_line(text: str) -> str:
-    """The problem, which stands above the first rule of tyro's box, and the first remedy found below it."""
+    """The problem, which stands in tyro's box above the first rule under the title, and the first remedy found below it."""
     lines = [_COLOUR.sub("", line).strip(_FRAME) for line in text.splitlines()[1:]]
-    problem, *rest = re.split(r"\n─+\n", "\n".join(filter(None, lines)))
+    parts = re.split(r"^[─-]{4,}$", "\n".join(filter(None, lines)), flags=re.MULTILINE)
+    problem, *rest = [part.strip() for part in parts if part.strip()] or [""]
     remedies = (re.sub(pattern, words, found[0]) for pattern, words in _REMEDIES if (found := re.search(pattern, "\n".join(rest))))
     return "; ".join([_reworded(problem), *list(remedies)[:1]])
 

@@ -57,7 +57,8 @@ def recorded_pair(path: Path, target: int, source: int) -> ScanPair:
         if not 0 <= number < len(scans):
             raise UsageError(f"--scans {target} {source}: {path} has {len(scans)} scans, the first is number 0")
     odometry = [message for message in messages if isinstance(message, WheelOdometry)]
-    wheels = Trajectory([reading.stamp for reading in odometry], [reading.T_odom_base.as_array() for reading in odometry])
+    poses = np.array([reading.T_odom_base.as_array() for reading in odometry])
+    wheels = Trajectory(np.array([reading.stamp for reading in odometry]), poses)
     chosen = (scans[target], scans[source])
     points = [deskew(scan, wheels).points for scan in chosen]
     title = f"{path.name}, scan {source} on scan {target}"

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hardware.logs.log import LARGEST_VALUE
 from hardware.logs.text_log import TextLog
 from hardware.spec import DriveSpec, LidarSpec, RobotSpec
 from slam.messages import LaserScan, Twist, WheelOdometry
@@ -88,8 +89,8 @@ class CarmenLog(TextLog):
         self._put_odometry(time, (x, y, theta), Twist(v, omega))
 
     def _put_odometry(self, time: float, pose: tuple[float, float, float], twist: Twist) -> None:
-        if not all(math.isfinite(value) for value in (*pose, twist.v, twist.omega)):
-            raise ValueError(f"pose {pose} is not finite")
+        if not all(abs(value) <= LARGEST_VALUE for value in (*pose, twist.v, twist.omega)):
+            raise ValueError(f"pose {pose} is not finite or beyond {LARGEST_VALUE:g}, or its speed is")
         stamp, arrival = self._order.place("odometry", time, time)
         self._put("odometry", arrival, WheelOdometry(stamp, SE2(*pose), twist))
 

@@ -11,6 +11,9 @@ from hardware.hal import Command
 from hardware.spec import RobotSpec
 from slam.messages import Imu, LaserScan, Trajectory, WheelOdometry
 
+LARGEST_VALUE = 1e7
+"""No robot is farther from its start [m] or faster [m/s, rad/s]: larger numbers are errors of a recording."""
+
 Reading = WheelOdometry | LaserScan | Imu | Command
 
 

@@ -104,9 +104,10 @@ class McapFile:
             if opcode == Opcode.CHUNK:
                 self._chunks.append((at, length))
             at += _FRAME.size + length
-        _log.warning(
-            "%s: was not finished; its %d complete chunks are used, %d bytes after them are not", self._path, len(self._chunks), size - at
-        )
+        if self._chunks:
+            _log.warning(
+                "%s: was not finished; its %d complete chunks are used, %d bytes after them are not", self._path, len(self._chunks), size - at
+            )
 
 
 def _corrupt(start: int, cause: str, last_ns: int) -> str:

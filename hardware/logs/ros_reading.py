@@ -7,7 +7,7 @@ import numpy as np
 from hardware.hal import Command
 from hardware.logs.cdr import decode
 from hardware.logs.exact import heading, stamp_of, widened
-from hardware.logs.log import Reading
+from hardware.logs.log import LARGEST_VALUE, Reading
 from hardware.logs.ros_types import JOINTS, TOPICS
 from hardware.spec import RobotSpec
 from slam.messages import Imu, LaserScan, Twist, WheelOdometry
@@ -87,6 +87,6 @@ def _twist(values: FloatArray) -> Twist:
 
 
 def _finite(what: str, values: FloatArray) -> list[float]:
-    if not np.isfinite(values).all():
-        raise ValueError(f"the {what} {values.tolist()} is not finite")
+    if not (np.abs(values) <= LARGEST_VALUE).all():
+        raise ValueError(f"the {what} {values.tolist()} is not finite, or beyond {LARGEST_VALUE:g}")
     return values.tolist()

@@ -12,6 +12,10 @@ RUN_BACK_LIMIT = 2.0
 """A stamp that runs back by this much or more [s] means that the recording is broken."""
 
 
+RUN_AHEAD_LIMIT = 86_400.0
+"""A recording that is silent for longer than this [s] has a broken clock: every control step of the gap would be run through."""
+
+
 class StampOrder:
     """Keeps the stamps of each channel, and the arrivals of all, from running back."""
 
@@ -29,10 +33,12 @@ class StampOrder:
         """Stamp and arrival as they are to be used [s].
 
         Raises:
-            ValueError: a time is not finite or runs back by `RUN_BACK_LIMIT` or more.
+            ValueError: a time is not finite, runs back by `RUN_BACK_LIMIT` or more, or ahead by more than `RUN_AHEAD_LIMIT`.
         """
         if not (math.isfinite(stamp) and math.isfinite(arrival)):
             raise ValueError(f"stamp {stamp} of {channel} is not finite")
+        if math.isfinite(self._arrival) and max(arrival, stamp) - self._arrival > RUN_AHEAD_LIMIT:
+            raise ValueError(f"stamp {stamp} of {channel} is more than {RUN_AHEAD_LIMIT:g} s after the reading before it")
         back = max(self.last(channel) - stamp, self._arrival - arrival)
         if back >= RUN_BACK_LIMIT:
             raise ValueError(f"stamp {stamp} of {channel} runs back by {back:.3f} s; less than {RUN_BACK_LIMIT} s would be clamped")

@@ -6,7 +6,6 @@ import dataclasses
 import importlib
 import json
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated
 
 from rich.console import Console
@@ -15,7 +14,7 @@ from tyro.conf import Positional, arg
 
 from scripts.bench.row import Row
 from scripts.errors import UsageError
-from scripts.options import parse
+from scripts.options import OptionalFile, parse
 from scripts.runs.files import write_text
 
 HELP = "measure speed and accuracy on this machine, side by side with peers in the same run"
@@ -31,9 +30,9 @@ class BenchOptions:
     """Groups to measure; all when none is given."""
     smoke: bool = False
     """Only see that everything runs; the figures mean nothing."""
-    json: Path | None = None
+    json: OptionalFile = None
     """Write the rows to this file."""
-    markdown: Path | None = None
+    markdown: OptionalFile = None
     """Write the rows as a page, as docs/results.md."""
 
 

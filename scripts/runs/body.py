@@ -16,7 +16,6 @@ from hardware.registry import backend_class
 from hardware.replay import ReplayRobot
 from scripts.errors import UsageError
 from scripts.runs.options import RunOptions
-from scripts.runs.quiet import quiet_import
 from slam.grid import OccupancyGrid
 from slam.messages import Trajectory
 from slam.se2 import SE2, FloatArray
@@ -55,8 +54,7 @@ def make_robot(options: RunOptions) -> Robot:
         HardwareError, WorldError, SimError: it cannot be built.
     """
     name, _, path = options.robot.partition(":")
-    with quiet_import():
-        backend = backend_class(name)
+    backend = backend_class(name)
     parameters = _replay_parameters(options, path) if name == "replay" else _live_parameters(options, name, path)
     return backend(**parameters).build()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from hardware.recorder import Recorder
 from hardware.urdf import urdf
 from scripts.errors import UsageError
 from scripts.runs.body import known_truth, live_truth, make_robot, policy_name, route
+from scripts.runs.files import OutputError
 from scripts.runs.folder import config_of, prepare, results_folder, write_measurements, write_report
 from scripts.runs.interruption import interruptible
 from scripts.runs.loop import Loop, RunLog
@@ -25,6 +26,7 @@ from scripts.runs.parameters import read_parameters
 from scripts.runs.progress import progress_bar
 from scripts.runs.record import RunRecord
 from sim.errors import SimError
+from slam.errors import SlamError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
@@ -68,14 +70,15 @@ def execute(options: RunOptions) -> Finished:
     run, log, failure, interrupted = _assemble(options), RunLog(), None, False
     try:
         interrupted = _drive(run, log)
-    except (HardwareError, SimError) as error:
+    except (HardwareError, SimError, SlamError) as error:
         if not log.stamps:
             raise
         failure = error
-    record = _write(run, log)
     if failure is not None:
+        with suppress(OutputError, SlamError):  # the first failure is the one to tell of
+            _write(run, log)
         raise failure
-    return Finished(run.folder, record, interrupted)
+    return Finished(run.folder, _write(run, log), interrupted)
 
 
 def start_pose(options: RunOptions) -> SE2:

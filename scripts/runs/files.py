@@ -12,7 +12,7 @@ class OutputError(Exception):
     """An output that cannot be written: no permission, no folder, no space."""
 
     def __init__(self, path: Path, cause: OSError) -> None:
-        super().__init__(f"cannot write {path}: {cause.strerror or cause}")
+        super().__init__(f"cannot write {path}: {cause.strerror or cause}; make room or name another place")
 
 
 def write_via(path: Path, write: Callable[[Path], object]) -> None:

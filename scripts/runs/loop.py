@@ -8,10 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hardware.hal import Robot
 from hardware.recorder import Recorder
 from scripts.runs.record import KeyFrame
+from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
 from slam.navigation.policies import Policy
 from slam.pipelines import Pipeline
@@ -23,6 +25,8 @@ PERIOD = 0.04
 """Time between control steps [s]; two encoder periods, so that a frame ends on a fresh encoder reading."""
 KEY_FRAMES = 70
 """Most moments kept for the animation."""
+PICTURE_CELLS = 800
+"""Most cells to each side of their maps: a large map is not kept so often in full."""
 
 NO_MOTION = Trajectory(np.empty(0), np.empty((0, 3)))
 
@@ -119,4 +123,13 @@ class Loop:
 def _key_frame(scan: LaserScan, snapshot: Snapshot) -> KeyFrame:
     T_map_base = SE2.from_array(snapshot.trajectory.poses[-1]) if len(snapshot.trajectory) else SE2()
     points = T_map_base.transform(deskew(scan, NO_MOTION).points)
-    return KeyFrame(scan.stamp, T_map_base, snapshot.map.geometry, snapshot.map.states(), points)
+    return KeyFrame(scan.stamp, T_map_base, *_coarse(snapshot.map), points)
+
+
+def _coarse(grid: OccupancyGrid) -> tuple[GridGeometry, NDArray[np.int8]]:
+    """The map for a small picture: blocks of cells are occupied when one cell is, free when one is and none is occupied."""
+    geometry, states = grid.geometry, grid.states()
+    block = math.ceil(max(states.shape) / PICTURE_CELLS)
+    for axis, size in enumerate(states.shape):
+        states = np.maximum.reduceat(states, np.arange(0, size, block), axis)
+    return GridGeometry(geometry.resolution * block, states.shape[1], states.shape[0], geometry.T_map_grid), states

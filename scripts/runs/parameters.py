@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +10,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from scripts.errors import UsageError
+from slam.errors import SlamError
 
 T = TypeVar("T")
 
@@ -33,12 +33,12 @@ def read_parameters(settings: type[T], path: Path | None) -> T:
         tree = content.get("parameters", content)
         _check(settings(), tree, "")
         return msgspec.convert(tree, settings)
-    except (ValueError, msgspec.ValidationError) as error:
+    except (ValueError, SlamError) as error:
         raise UsageError(f"--params {path}: {error}") from error
 
 
 def _check(defaults: Any, tree: Any, table: str) -> None:  # noqa: ANN401
-    """Raise ValueError for what msgspec passes over: a misspelt name, a number that is not finite."""
+    """Raise ValueError for what msgspec passes over: a misspelt name."""
     if not isinstance(tree, dict):
         raise ValueError(f"'{table.rstrip('.') or 'parameters'}' must be a table of parameters, not {tree!r}")
     names = [field.name for field in dataclasses.fields(defaults)]
@@ -48,5 +48,3 @@ def _check(defaults: Any, tree: Any, table: str) -> None:  # noqa: ANN401
         default = getattr(defaults, key)
         if dataclasses.is_dataclass(default):
             _check(default, value, f"{table}{key}.")
-        elif isinstance(value, float) and not math.isfinite(value):
-            raise ValueError(f"{table}{key} = {value}; give a finite number")

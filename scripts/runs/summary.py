@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from scripts.errors import INTERRUPTED
 from scripts.runs.execute import Finished, execute
 from scripts.runs.options import RunOptions
@@ -13,6 +15,8 @@ def conclude(options: RunOptions) -> int:
     """Run, write everything and say what came out; returns the exit code."""
     run = execute(options)
     print("\n".join(summary(run)))
+    if run.interrupted:
+        print(f"twin: interrupted; {run.folder} holds what there is until then", file=sys.stderr)
     return INTERRUPTED if run.interrupted else 0
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from slam.errors import require_not_negative
 from slam.mapping.dead_reckoning import DeadReckoning
 from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
@@ -37,6 +38,9 @@ class Lidar:
     deviation_start: float = 0.1
     """Expected error of the first guess [m]; then it follows the corrections that matching makes."""
 
+    def __post_init__(self) -> None:
+        require_not_negative(self, "search_above", "inliers_min", "deviation_start")
+
     def build(self, T_map_base: SE2 | None = None) -> LidarPipeline:
         """Make the pipeline; the robot starts at `T_map_base`, the origin by default."""
         return LidarPipeline(self, T_map_base or SE2())
@@ -65,7 +69,7 @@ class LidarPipeline:
         first = self._motion.empty
         self._motion.add(frame.odometry, frame.imu)
         if first and not self._motion.empty:
-            self._T_map_odom = self._T_map_odom @ self._motion.pose_at(-np.inf).inverse()
+            self._begin_odometry(self._motion.pose_at(-np.inf))
         for scan in frame.scans:
             self._register(scan)
         return self._estimate(frame)
@@ -73,6 +77,12 @@ class LidarPipeline:
     def snapshot(self) -> Snapshot:
         """The map and the poses at scans so far."""
         return Snapshot(self._mapper.snapshot(), self._path.trajectory())
+
+    def _begin_odometry(self, T_odom_base: SE2) -> None:
+        """The odometry's first pose is where the robot is now, even when scans came before it."""
+        self._T_map_odom = self._T_map_odom @ T_odom_base.inverse()
+        if self._last is not None:
+            self._last = (self._last[0], T_odom_base, self._last[2])
 
     def _register(self, scan: LaserScan) -> None:
         cloud = deskew(scan, self._motion.window(scan.stamp))
@@ -110,7 +120,7 @@ class LidarPipeline:
             start, width = s.search.search(self._mapper.field, cloud.points, guess, prior), s.search_above
         match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, width, start)
         self._match = match
-        if not self._counts(match):
+        if not self._usable(match):
             self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)
             return guess
         correction = guess.inverse() @ match.T_target_source
@@ -123,7 +133,7 @@ class LidarPipeline:
         self._covariance = np.array(match.covariance)
         return match.T_target_source
 
-    def _counts(self, match: Match) -> bool:
+    def _usable(self, match: Match) -> bool:
         return match.converged and match.inliers >= self._settings.inliers_min
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
@@ -132,7 +142,7 @@ class LidarPipeline:
             step = self._last[2].inverse() @ pose
             covariance = self._settings.noise.propagate(covariance, self._last[2], step)
         reason = self._watch.silent(frame)
-        if self._match is not None and not self._counts(self._match):
+        if self._match is not None and not self._usable(self._match):
             reason = "the scan does not match the map"
         status = Status.DEGRADED if reason else Status.TRACKING
         health = self._match.inliers if self._match else 1.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from slam.errors import ParameterError, require_positive
 from slam.matching.match import Match
 from slam.se2 import SE2, FloatArray
 
@@ -64,6 +65,13 @@ class Icp:
     """A target point is the counterpart of one source point only, the nearest."""
     max_distance: float = math.inf
     """Longest correspondence [m]."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "iterations", "tolerance")
+        if not 0.0 < self.trim <= 1.0:
+            raise ParameterError(self, "trim", "above 0 and at most 1")
+        if not self.max_distance > 0.0:
+            raise ParameterError(self, "max_distance", "above 0")
 
     def match(self, source: FloatArray, target: FloatArray, guess: SE2) -> Match:
         """Register a scan on another.

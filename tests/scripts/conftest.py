@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from scripts.cli import main
 from scripts.runs.record import KeyFrame, RunRecord
 from slam.evaluation.poses import compose
 from slam.evaluation.visibility import View
@@ -80,3 +82,11 @@ def make_record(frames: int = 120, scans: int = 24) -> RunRecord:
 def record() -> RunRecord:
     """A run with its truth."""
     return make_record()
+
+
+@pytest.fixture(scope="session")
+def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a recorded run of 8 s in the twin; not to be changed."""
+    folder = tmp_path_factory.mktemp("recorded") / "run"
+    assert main(["run", "--duration", "8", "--seed", "3", "--record", "--out", str(folder)]) == 0
+    return folder
