@@ -38,7 +38,7 @@ class ListWorlds:
 
     def run(self) -> None:
         """Print the table."""
-        table = Table("world", "outer size [m]", "markers", "description", title="Worlds", title_justify="left")
+        table = Table("world", r"outer size \[m]", "markers", "description", title="Worlds", title_justify="left")
         for name in world_names():
             world = load_world(name)
             x0, y0, x1, y1 = world.bounds

@@ -106,7 +106,10 @@ class McapFile:
             at += _FRAME.size + length
         if self._chunks:
             _log.warning(
-                "%s: was not finished; its %d complete chunks are used, %d bytes after them are not", self._path, len(self._chunks), size - at
+                "%s: was not finished; its %d complete chunks are used, %d bytes after them are not",
+                self._path,
+                len(self._chunks),
+                size - at,
             )
 
 

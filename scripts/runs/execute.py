@@ -91,7 +91,9 @@ def start_pose(options: RunOptions) -> SE2:
         return SE2()
     x, y, yaw_deg = options.start
     if not (math.hypot(x, y) <= FARTHEST_START and math.isfinite(yaw_deg)):
-        raise UsageError(f"--start {x:g} {y:g} {yaw_deg:g}: give finite numbers, and a place within {FARTHEST_START:g} m of the map's origin")
+        raise UsageError(
+            f"--start {x:g} {y:g} {yaw_deg:g}: give finite numbers, and a place within {FARTHEST_START:g} m of the map's origin"
+        )
     return SE2(x, y, math.radians(yaw_deg))
 
 

@@ -30,10 +30,12 @@ def summary(run: Finished) -> list[str]:
             f"heading to {m['heading_rmse_deg']:.2f} deg."
         )
     if "odometry_ratio" in m:
-        times = f"{m['odometry_ratio']:.1f} times as much"
-        lines.append(f"Wheel odometry alone was off by {1e3 * m['odometry_position_rmse_m']:.1f} mm RMS, {times}.")
+        times = f", {m['odometry_ratio']:.1f} times as much" if m["odometry_ratio"] > 1.0 else ""
+        lines.append(f"Wheel odometry alone was off by {1e3 * m['odometry_position_rmse_m']:.1f} mm RMS{times}.")
     if "wall_rms_m" in m:
-        lines.append(f"The map's walls are right to {1e3 * m['wall_rms_m']:.1f} mm; {100 * m['wall_recall']:.1f} % of those seen are in it.")
+        lines.append(
+            f"The map's walls are right to {1e3 * m['wall_rms_m']:.1f} mm; {100 * m['wall_recall']:.1f} % of those seen are in it."
+        )
     else:
         lines.append(f"The map has {int(grid.occupied().sum())} occupied cells of {100 * grid.geometry.resolution:g} cm.")
     if "real_time_factor" in m:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -44,10 +45,11 @@ class DeadReckoning:
         return self._wheels.T_odom_base if self._wheels else SE2()
 
     def add(self, odometry: Sequence[WheelOdometry], imu: Sequence[Imu]) -> None:
-        """Take in new readings, oldest first."""
-        self._gyro.extend(imu)
+        """Take in new readings, oldest first; those that are not finite are left out."""
+        self._gyro.extend(reading for reading in imu if math.isfinite(reading.yaw_rate))
         for reading in odometry:
-            self._step(reading)
+            if np.isfinite(reading.T_odom_base.as_array()).all():
+                self._step(reading)
         while len(self._history) > 2 and self._history[1][0] < self.newest - HISTORY:
             self._history.popleft()
         while len(self._gyro) > 2 and self._gyro[1].stamp < self.newest - HISTORY:

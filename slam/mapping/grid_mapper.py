@@ -21,7 +21,7 @@ class MapSettings:
     resolution: float = 0.05
     """Cell size [m]."""
     fixed_size: float = 0.0
-    """Side of a fixed square map centred on the start [m], such as 20; 0 lets the map grow."""
+    """Side of a fixed square map centred on the map's origin [m], such as 20; 0 lets the map grow."""
     hit: float = 0.5
     """Log-odds added to a cell that is hit (p = 0.62)."""
     miss: float = -0.2

@@ -94,7 +94,7 @@ class LidarPipeline:
             self._velocity = (self._last[2].inverse() @ T_map_base).log() / (scan.stamp - self._last[0])
         self._last = (scan.stamp, T_odom_base, T_map_base)
         self._path.append(scan.stamp, T_map_base)
-        if self._settings.keyframes.passes(self._keyframe, T_map_base):
+        if len(cloud.points) > 0 and self._settings.keyframes.passes(self._keyframe, T_map_base):
             self._keyframe = T_map_base
             self._mapper.insert(T_map_base, cloud.points, cloud.origins)
 

@@ -12,17 +12,17 @@ from slam.se2 import SE2, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class MotionNoise:
-    """Standard deviations that grow with the step; first-order propagation of SE(2) covariances.
+    """Variances that grow with the way, so that they do not depend on how it is cut into steps; first-order propagation.
 
     In the spirit of Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, with one wheel-slip term each way.
     """
 
-    distance_per_distance: float = 0.03
-    """Error along and across per metre driven [m/m]."""
-    yaw_per_distance: float = 0.05
-    """Heading error per metre driven [rad/m]."""
-    yaw_per_yaw: float = 0.05
-    """Heading error per radian turned [rad/rad]."""
+    distance_per_distance: float = 0.01
+    """Standard deviation along and across after one metre [m]."""
+    yaw_per_distance: float = 0.02
+    """Standard deviation of the heading after one metre [rad]."""
+    yaw_per_yaw: float = 0.03
+    """Standard deviation of the heading after a turn of one radian [rad]."""
     distance_floor: float = 0.002
     """Least position error of a step between scans [m]."""
     yaw_floor: float = 0.002
@@ -35,8 +35,8 @@ class MotionNoise:
     def covariance(self, increment: SE2) -> FloatArray:
         """Covariance (3, 3) of a step (x, y, yaw) in the frame that the step starts from [m, rad]."""
         distance = float(np.hypot(increment.x, increment.y))
-        along = (self.distance_per_distance * distance) ** 2
-        turn = (self.yaw_per_distance * distance) ** 2 + (self.yaw_per_yaw * increment.yaw) ** 2
+        along = self.distance_per_distance**2 * distance
+        turn = self.yaw_per_distance**2 * distance + self.yaw_per_yaw**2 * abs(increment.yaw)
         return np.diag([along, along, turn])
 
     def with_floor(self, increment: SE2) -> FloatArray:

@@ -57,7 +57,7 @@ class OdometryPipeline:
             cloud = deskew(scan, self._motion.window(scan.stamp))
             T_map_base = self._T_map_odom @ self._motion.pose_at(scan.stamp)
             self._path.append(scan.stamp, T_map_base)
-            if self._settings.keyframes.passes(self._keyframe, T_map_base):
+            if len(cloud.points) > 0 and self._settings.keyframes.passes(self._keyframe, T_map_base):
                 self._keyframe = T_map_base
                 self._mapper.insert(T_map_base, cloud.points, cloud.origins)
         return self._estimate(frame)

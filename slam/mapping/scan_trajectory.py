@@ -12,20 +12,26 @@ class ScanTrajectory:
     """A growing trajectory; a scan with the stamp of its predecessor replaces it."""
 
     def __init__(self) -> None:
-        self._stamps: list[float] = []
-        self._poses: list[SE2] = []
+        self._rows = np.empty((256, 4))  # stamp, x, y, yaw
+        self._count = 0
+        self._frozen: Trajectory | None = None
 
     def __len__(self) -> int:
-        return len(self._stamps)
+        return self._count
 
     def append(self, stamp: float, T_map_base: SE2) -> None:
         """Add the pose of a scan."""
-        if self._stamps and stamp <= self._stamps[-1]:
-            self._poses[-1] = T_map_base
-            return
-        self._stamps.append(stamp)
-        self._poses.append(T_map_base)
+        self._frozen = None
+        if self._count == 0 or stamp > self._rows[self._count - 1, 0]:
+            if self._count == len(self._rows):
+                self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+            self._rows[self._count, 0] = stamp
+            self._count += 1
+        self._rows[self._count - 1, 1:] = T_map_base.as_array()
 
     def trajectory(self) -> Trajectory:
-        """All poses so far."""
-        return Trajectory(np.array(self._stamps), np.array([pose.as_array() for pose in self._poses]).reshape(-1, 3))
+        """All poses so far, made once per scan."""
+        if self._frozen is None:
+            rows = self._rows[: self._count]
+            self._frozen = Trajectory(rows[:, 0], rows[:, 1:])
+        return self._frozen

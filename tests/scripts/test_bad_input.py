@@ -93,7 +93,9 @@ def test_a_parameter_that_cannot_be(text, problem, refused, tmp_path):
 
 
 def test_parameters_of_another_pipeline(refused, recorded_run):
-    assert "no parameter 'matcher'" in refused("--params", str(recorded_run / "config.toml"), "--pipeline", "odometry")
+    assert "no parameter 'search_above'; available: map, noise, keyframes" in refused(
+        "--params", str(recorded_run / "config.toml"), "--pipeline", "odometry"
+    )
 
 
 def test_a_world_file_with_an_error_names_the_line(refused, tmp_path):
@@ -139,8 +141,9 @@ def test_the_part_before_a_corrupt_byte_can_be_used_as_the_message_says(refused,
     assert caplog.text.count("was not finished") == 1
 
 
-def test_a_recording_without_scans(refused, tmp_path):
+def test_a_recording_without_scans(refused, tmp_path, capsys):
     assert main(["run", "--duration", "0.05", "--record", "--out", str(tmp_path / "short")]) == 0
+    capsys.readouterr()
     assert "no scans (/scan)" in refused("--robot", f"replay:{tmp_path / 'short'}")
 
 

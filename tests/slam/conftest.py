@@ -8,14 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.se2 import SE2, FloatArray
-
-# kernels compile on their first call, and a failure must come back on the next run
-settings.register_profile("estimation", deadline=None, derandomize=True, max_examples=60)
-settings.load_profile("estimation")
 
 URG_ANGLES = (np.arange(682) - 340) * math.tau / 1024
 
