@@ -91,7 +91,7 @@ def _draw_frame(run: RunRecord, scene: Scene, viewport: Viewport, frame: KeyFram
     _draw_robot(draw, viewport, scene.T_world_map @ frame.T_map_base)
     picture = Image.new("RGB", (fine.width // FINE, fine.height // FINE + HEADER), palette.PAGE)
     picture.paste(fine.reduce(FINE), (0, HEADER))
-    elapsed = frame.stamp - (float(run.estimate.stamps[0]) if len(run.estimate) else frame.stamp)
+    elapsed = max(0.0, frame.stamp - (float(run.estimate.stamps[0]) if len(run.estimate) else frame.stamp))
     _draw_header(ImageDraw.Draw(picture), picture.width, run.title, f"{elapsed:.1f} s", scene.truth is not None)
     return picture
 

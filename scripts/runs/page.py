@@ -20,18 +20,28 @@ _PAGE = Template("""<!doctype html>
   section { display: flex; flex-wrap: wrap; gap: 2rem; align-items: flex-start; margin-top: 1.5rem; }
   table { border-collapse: collapse; background: #fff; }
   td { padding: .25rem .9rem; border: 1px solid #dde2e6; }
+  caption { text-align: left; font-weight: 600; padding-bottom: .4rem; }
+  li { margin: .2rem 0; }
   td + td { text-align: right; font-variant-numeric: tabular-nums; }
 </style>
-<h1>$title</h1>
-<img src="report.png" alt="Map, trajectories and errors over time">
+<img src="report.png" alt="$title: map, trajectories and errors over time">
 <section>
 <img src="run.gif" alt="The run as it happened" style="flex: 1 1 24rem; max-width: 36rem">
 <table>
+<caption>All figures</caption>
 $rows
 </table>
 </section>
-<p>Beside this page: <a href="metrics.json">metrics.json</a>, <a href="config.toml">config.toml</a>, map.pgm + map.yaml (map_server),
-trajectory.tum, trajectory_final.tum and odometry.tum (TUM format).</p>
+<p>Beside this page:</p>
+<ul>
+<li><a href="config.toml">config.toml</a>: what was run, with every parameter;
+<code>twin run --params config.toml</code> uses them again</li>
+<li><a href="metrics.json">metrics.json</a>: these figures</li>
+<li><a href="trajectory.tum">trajectory.tum</a>, <a href="trajectory_final.tum">trajectory_final.tum</a>,
+<a href="odometry.tum">odometry.tum</a>:
+the estimate as it was known at every frame, at every scan after all corrections, and the wheels alone (TUM format)</li>
+<li><a href="map.yaml">map.yaml</a>, <a href="map.pgm">map.pgm</a>: the map, as map_server and nav2 read it</li>
+</ul>
 </html>
 """)
 
@@ -42,5 +52,5 @@ def write_page(path: Path, run: RunRecord) -> None:
     Raises:
         OutputError: the file cannot be written.
     """
-    rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.6g}</td></tr>" for key, value in run.metrics.items())
+    rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.4g}</td></tr>" for key, value in run.metrics.items())
     write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows))

@@ -63,6 +63,53 @@ def match(
 
 
 @njit
+def match_in_map(
+    points: NDArray[np.float64],
+    start: NDArray[np.float64],
+    prior: tuple[NDArray[np.float64], NDArray[np.float64]],
+    frame: NDArray[np.float64],
+    field: Field,
+    settings: tuple[int, float, float, float, float, float],
+    noise: tuple[float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, bool, int]:
+    """`match` with start, prior and answer in the map; `frame` (3,) is T_map_grid."""
+    mean = _to_grid(prior[0], frame)
+    begin = _to_grid(start, frame)
+    mean[2] = begin[2] + np.arctan2(np.sin(mean[2] - begin[2]), np.cos(mean[2] - begin[2]))
+    covariance = _turned(prior[1], -frame[2])
+    pose, covariance, rms, share, converged, n = match(points, begin, (mean, covariance), field, settings, noise)
+    c, s = np.cos(frame[2]), np.sin(frame[2])
+    x, y = pose[0], pose[1]
+    pose[0], pose[1], pose[2] = frame[0] + c * x - s * y, frame[1] + s * x + c * y, frame[2] + pose[2]
+    return pose, _turned(covariance, frame[2]), rms, share, converged, n
+
+
+@njit
+def _to_grid(pose: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A pose (3,) of the map in the grid's frame."""
+    c, s = np.cos(frame[2]), np.sin(frame[2])
+    dx, dy = pose[0] - frame[0], pose[1] - frame[1]
+    return np.array([c * dx + s * dy, c * dy - s * dx, pose[2] - frame[2]])
+
+
+@njit
+def _turned(covariance: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
+    """R covariance R^T with the rotation R of the plane by `yaw`."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    half = np.empty((3, 3))
+    for j in range(3):
+        half[0, j] = c * covariance[0, j] - s * covariance[1, j]
+        half[1, j] = s * covariance[0, j] + c * covariance[1, j]
+        half[2, j] = covariance[2, j]
+    turned = np.empty((3, 3))
+    for i in range(3):
+        turned[i, 0] = c * half[i, 0] - s * half[i, 1]
+        turned[i, 1] = s * half[i, 0] + c * half[i, 1]
+        turned[i, 2] = half[i, 2]
+    return turned
+
+
+@njit
 def _accumulate(
     points: NDArray[np.float64],
     pose: NDArray[np.float64],
@@ -74,7 +121,7 @@ def _accumulate(
     """Normal equations of all points: writes H = sum w J^T J, g = sum w J^T d; returns RMS residual, share of points used."""
     nearest, surfaces, resolution = field
     height, width = nearest.shape
-    flat = surfaces.reshape(-1, 5)
+    flat = surfaces.reshape(-1)
     c, s = np.cos(pose[2]), np.sin(pose[2])
     k2, scale = kernel[0] * kernel[0], 1.0 / resolution
     h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = 0.0
@@ -83,17 +130,18 @@ def _accumulate(
         rx = c * points[i, 0] - s * points[i, 1]
         ry = s * points[i, 0] + c * points[i, 1]
         x, y = rx + pose[0], ry + pose[1]
-        col, row = int(np.floor(x * scale)), int(np.floor(y * scale))
-        if not (0 <= row < height and 0 <= col < width):
+        if not (x >= 0.0 and y >= 0.0):
             continue
-        index = nearest[row, col]
+        col, row = int(x * scale), int(y * scale)
+        if row >= height or col >= width:
+            continue
+        index = 5 * nearest[row, col]
         if index < 0:
             continue
         found += 1
-        surface = flat[index]
-        dx, dy = x - surface[X], y - surface[Y]
-        if surface[FLATNESS] > 0.0:
-            nx, ny = surface[NORMAL_X], surface[NORMAL_Y]
+        dx, dy = x - flat[index + X], y - flat[index + Y]
+        if flat[index + FLATNESS] > 0.0:
+            nx, ny = flat[index + NORMAL_X], flat[index + NORMAL_Y]
             d = nx * dx + ny * dy
             w = k2 / (k2 + d * d)
             w *= w  # Geman-McClure

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import gauss_newton as kernels
 from slam.matching.match import Match
 from slam.matching.surface_field import SurfaceField
-from slam.se2 import SE2, FloatArray, wrap_angle
+from slam.se2 import SE2, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +54,16 @@ class GaussNewton:
             width: expected size of the start's error [m]; the kernel starts here.
             start: where to start from; the guess when not given.
         """
-        R = np.eye(3)
-        R[:2, :2] = field.T_grid_map.rotation()
         kernel = min(max(width, self.kernel_min), self.kernel_max)
-        mean, begin = field.pose_in_grid(guess).as_array(), field.pose_in_grid(start or guess).as_array()
-        mean[2] = begin[2] + wrap_angle(mean[2] - begin[2])
-        pose, covariance, rms, share, converged, iterations = kernels.match(
+        mean = guess.as_array()
+        pose, covariance, rms, share, converged, iterations = kernels.match_in_map(
             points,
-            begin,
-            (mean, R @ prior @ R.T),
+            mean if start is None else start.as_array(),
+            (mean, prior),
+            field.T_map_grid.as_array(),
             (field.nearest, field.surfaces, field.resolution),
             (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight),
             (self.residual_floor, self.correlated_beams),
         )
-        T_map_base = field.T_map_grid @ SE2.from_array(pose)
-        return Match(T_map_base, R.T @ covariance @ R, converged and math.isfinite(T_map_base.yaw), rms, share, iterations)
+        converged = converged and math.isfinite(pose[2])
+        return Match(SE2.from_array(pose), covariance, converged, rms, share, iterations)

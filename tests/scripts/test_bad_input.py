@@ -71,7 +71,7 @@ def test_an_option_that_a_recording_does_not_have(argv, problem, refused, record
     ("text", "problem"),
     [
         ("speed = 1", "no parameter 'speed'; available: map, matcher"),
-        ("[map]\nresolutoin = 1", "no parameter 'map.resolutoin'; available: map.resolution, map.fixed_size"),
+        ("[map]\ncell_size = 1", "no parameter 'map.cell_size'; available: map.resolution, map.fixed_size"),
         ('[map]\nresolution = "fine"', "Expected `float`, got `str` - at `$.map.resolution`"),
         ("[map]\nresolution = 0", "MapSettings.resolution = 0.0; must be above 0"),
         ("[map]\nresolution = nan", "MapSettings.resolution = nan; must be above 0"),

@@ -62,7 +62,7 @@ def test_a_slip_in_a_verb_is_answered_with_the_nearest_one(capsys):
         (["run", "--record", "yes"], "not understood: yes"),
         (["run", "stray"], "not understood: stray"),
         (["demo", "--duration", "3"], "not understood: --duration, 3"),
-        (["worlds", "prevew", "x"], "available: list, preview, export"),
+        (["worlds", "draw", "x"], "available: list, preview, export"),
         (["worlds", "preview"], "missing: NAME, --out PATH"),
         (["worlds", "preview", "nowhere", "--out", "x.png"], "no world 'nowhere'"),
     ],
