@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import os
-import sys
+from collections.abc import Generator
+from contextlib import contextmanager
 
-sys.stderr.flush()
-_stderr, _silence = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-os.dup2(_silence, 2)
-try:
+
+@contextmanager
+def _silent() -> Generator[None, None, None]:
+    """Standard error goes nowhere; where it is closed there is nothing to do."""
+    try:
+        stderr = os.dup(2)
+    except OSError:
+        yield
+        return
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 2)
+    try:
+        yield
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
+        os.close(silence)
+
+
+with _silent():
     import pybullet
-finally:
-    os.dup2(_stderr, 2)
-    os.close(_stderr)
-    os.close(_silence)
 
 __all__ = ["pybullet"]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+
 from slam.errors import UnknownNameError
 from slam.mapping.lidar import Lidar
 from slam.mapping.odometry import Odometry
-from slam.messages import Estimate, SensorFrame
+from slam.messages import Estimate, Imu, LaserScan, SensorFrame, WheelOdometry
 from slam.se2 import SE2
 from slam.snapshot import Snapshot
 
@@ -37,6 +39,17 @@ PIPELINES: dict[str, type[PipelineSettings]] = {
     "lidar": Lidar,
 }
 """name -> frozen dataclass of parameters."""
+
+
+def warm_up(settings: PipelineSettings) -> None:
+    """Compile the pipeline's kernels, or load them from the disk, so that the first scan of a run does not wait for it."""
+    pipeline, angles = settings.build(), np.linspace(-2.0, 2.0, 90)
+    for k in range(4):
+        stamp = 0.1 * k
+        odometry = tuple(WheelOdometry(stamp + 0.02 * i, SE2(0.5 * (stamp + 0.02 * i))) for i in range(5))
+        imu = tuple(Imu(reading.stamp, 0.0) for reading in odometry)
+        scan = LaserScan(stamp, np.full(90, 1.0 + 0.1 * k), angles, 1e-4, 0.0, 5.0)
+        pipeline.update(SensorFrame(stamp + 0.08, odometry, imu, (scan,), frozenset({"odometry", "imu", "scans"})))
 
 
 def pipeline_settings(name: str) -> type[PipelineSettings]:

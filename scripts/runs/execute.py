@@ -30,7 +30,7 @@ from slam.errors import SlamError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
-from slam.pipelines import Pipeline, pipeline_settings
+from slam.pipelines import Pipeline, pipeline_settings, warm_up
 from slam.se2 import SE2
 
 SIMULATED = 60.0
@@ -105,6 +105,7 @@ def _assemble(options: RunOptions) -> _Run:
     pipeline = settings.build(start)
     folder = results_folder(options)
     prepare(folder, config_of(options, settings))
+    warm_up(settings)
     return _Run(options, folder, robot, pipeline, policy, duration)
 
 

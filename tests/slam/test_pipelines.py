@@ -13,7 +13,7 @@ import pytest
 
 from slam.errors import UnknownNameError
 from slam.messages import Estimate, Imu, LaserScan, SensorFrame, Status, WheelOdometry
-from slam.pipelines import PIPELINES, Pipeline, pipeline_settings
+from slam.pipelines import PIPELINES, Pipeline, pipeline_settings, warm_up
 from slam.se2 import SE2
 from slam.se3 import SE3
 
@@ -248,3 +248,9 @@ def test_a_pipeline_draws_the_walls_that_it_sees(name: str, frames: Frames) -> N
 def test_an_unknown_pipeline_lists_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: lidar, odometry"):
         pipeline_settings("ladar")
+
+
+def test_a_warm_up_leaves_no_trace() -> None:
+    settings = pipeline_settings("lidar")()
+    warm_up(settings)
+    assert len(settings.build().snapshot().trajectory) == 0
