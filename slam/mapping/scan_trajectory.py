@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from slam.messages import Trajectory
-from slam.se2 import SE2
+from slam.se2 import SE2, FloatArray
 
 
 class ScanTrajectory:
     """A growing trajectory; a scan with the stamp of its predecessor replaces it."""
 
     def __init__(self) -> None:
-        self._rows = np.empty((256, 4))  # stamp, x, y, yaw
+        self._rows: FloatArray = np.empty((256, 4))  # stamp, x, y, yaw
         self._count = 0
         self._frozen: Trajectory | None = None
 

@@ -27,7 +27,7 @@ def test_toml_gives_what_differs_from_the_defaults(tmp_path):
     ("text", "message"),
     [
         ("track = 1", "no field 'track'; there are name, drive"),
-        ("[drive]\ntrak = 1", "no field 'trak'; there are wheel_radii, track"),
+        ("[drive]\ntrac = 1", "no field 'trac'; there are wheel_radii, track"),
         ("[drive]\ntrack = 'wide'", r"Expected `float`, got `str` - at `\$.drive.track`"),
         ("[drive]\ntrack = -1", "finite and positive"),
         ("[lidar.T_base_laser]\nxyz = [1, 2]", "three numbers are right"),
