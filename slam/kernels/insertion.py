@@ -62,7 +62,7 @@ def _foot(x: float, y: float, field: tuple[NDArray[np.int32], NDArray[np.float32
     if not (0 <= row < height and 0 <= col < width) or nearest[row, col] < 0:
         return x, y
     surface = surfaces[nearest[row, col] // width, nearest[row, col] % width]
-    if surface[FLATNESS] == 0.0 or (x - surface[X]) ** 2 + (y - surface[Y]) ** 2 > (near + 2.0 * resolution) ** 2:
+    if surface[FLATNESS] == 0.0 or (x - surface[X]) ** 2 + (y - surface[Y]) ** 2 > (2.0 * near) ** 2:
         return x, y
     d = surface[NORMAL_X] * (x - surface[X]) + surface[NORMAL_Y] * (y - surface[Y])
     if abs(d) > near:

@@ -12,8 +12,6 @@ X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
 
 FLAT = 0.15
 """Largest ratio of the variances across and along, of hits that make a line."""
-NEIGHBOURHOODS = (2, 4, 8, 12)
-"""Cells to each side in which hits are pooled: the first that holds three occupied cells."""
 
 
 @njit
@@ -83,13 +81,21 @@ def fit(
     occupied: NDArray[np.bool_],
     hits: tuple[NDArray[np.float32], NDArray[np.float32]],
     cells: NDArray[np.int64],
-    resolution: float,
+    scales: tuple[float, NDArray[np.int64]],
 ) -> None:
     """Fit the surface of each flat cell to the mean hits around it. Writes `surfaces` (H, W, 5).
 
-    The neighbourhood grows from 5 x 5 to 25 x 25 cells until three occupied cells are found: far walls are hit sparsely.
-    Pooling across cells also removes the bias of a wall that lies on a cell border.
+    The neighbourhood grows until three occupied cells are found: far walls are hit sparsely. Pooling across cells also
+    removes the bias of a wall that lies on a cell border.
+
+    Args:
+        surfaces: written.
+        occupied: (H, W).
+        hits: hit count (H, W), mean hit minus cell centre (H, W, 2) [m].
+        cells: flat cells to fit.
+        scales: cell size [m]; cells to each side of the neighbourhoods, ascending.
     """
+    resolution, reaches = scales
     width = occupied.shape[1]
     offset = hits[1]
     for i in range(len(cells)):
@@ -97,7 +103,7 @@ def fit(
         surface = surfaces[row, col]
         surface[X], surface[Y] = offset[row, col, 0], offset[row, col, 1]
         surface[FLATNESS] = 0.0
-        for reach in NEIGHBOURHOODS:
+        for reach in reaches:
             moments = _pool(occupied, hits, (row, col, reach), resolution)
             if moments[0] >= 3:
                 _fit_line(surface, moments)

@@ -14,6 +14,9 @@ from slam.grid import OccupancyGrid
 from slam.kernels import surfaces as kernels
 from slam.se2 import SE2
 
+NEIGHBOURHOODS = (0.10, 0.20, 0.40, 0.60)
+"""How far to each side hits are pooled into a line: the first that holds three occupied cells [m]."""
+
 
 class SurfaceField:
     """Nearest surfaces of one occupancy grid, kept up to date cell by cell."""
@@ -22,6 +25,7 @@ class SurfaceField:
         """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
         self.radius = max(1, round(reach / grid.geometry.resolution))
         self.resolution = grid.geometry.resolution
+        self._reaches: NDArray[np.int64] = np.ceil(np.array(NEIGHBOURHOODS) / self.resolution - 1e-9).astype(np.int64)
         self.T_map_grid = grid.geometry.T_map_grid
         self.T_grid_map = self.T_map_grid.inverse()
         shape = grid.log_odds.shape
@@ -43,7 +47,7 @@ class SurfaceField:
         kernels.detach(self.nearest, self.squares, self._occupied, gone, self.radius)
         kernels.attach(self.nearest, self.squares, new, self.radius)
         refit = self.with_neighbours(np.concatenate([changed[now], gone]))
-        kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, self.resolution)
+        kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, (self.resolution, self._reaches))
 
     def grow(self, grid: OccupancyGrid, shift: tuple[int, int]) -> None:
         """Move into a larger grid whose cell (row, col) + `shift` is the old cell (row, col)."""
@@ -73,4 +77,4 @@ class SurfaceField:
 
     def with_neighbours(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """The occupied ones among the flat cells and those around them whose surface they take part in."""
-        return kernels.occupied_around(self._occupied, cells, kernels.NEIGHBOURHOODS[0])
+        return kernels.occupied_around(self._occupied, cells, int(self._reaches[0]))
