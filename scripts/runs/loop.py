@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.hal import Robot
+from hardware.hal import Recorded, Robot
 from hardware.recorder import Recorder
 from scripts.runs.record import KeyFrame
 from slam.grid import GridGeometry, OccupancyGrid
@@ -55,10 +55,12 @@ class RunLog:
         self.statuses.append(estimate.status)
         self.odometry.update((reading.stamp, reading.T_odom_base) for reading in frame.odometry)
 
+    def is_due(self, stamp: float) -> bool:
+        """Whether it is time for another moment."""
+        return not self.key_frames or stamp >= self.key_frames[-1].stamp + self._interval
+
     def add_moment(self, scan: LaserScan, snapshot: Snapshot) -> None:
-        """Keep a moment for the animation when it is time for one; when there are too many every other one goes."""
-        if self.key_frames and scan.stamp < self.key_frames[-1].stamp + self._interval:
-            return
+        """Keep a moment for the animation; when there are too many every other one goes."""
         self.key_frames.append(_key_frame(scan, snapshot))
         if len(self.key_frames) > KEY_FRAMES:
             del self.key_frames[1::2]
@@ -102,8 +104,10 @@ class Loop:
         before = time.perf_counter()
         estimate = self.pipeline.update(frame)
         log.updates.append(time.perf_counter() - before)
-        if frame.scans:  # without one the map stays as it is, and copying all that is known has its price
+        moment = bool(frame.scans) and log.is_due(frame.scans[-1].stamp)
+        if moment or (frame.scans and not isinstance(self.robot, Recorded)):  # copying a large map has its price
             snapshot = self.pipeline.snapshot()
+        if moment:
             log.add_moment(frame.scans[-1], snapshot)
         command = self.policy(frame, estimate, snapshot)
         if command is not None:

@@ -33,7 +33,7 @@ def match(
         noise: least standard deviation of a residual [m], residuals that count as one independent.
 
     Returns:
-        pose (3,), its covariance (3, 3), RMS residual [m], share of points with a surface, converged, iterations.
+        pose (3,), its covariance (3, 3), RMS residual [m], share of points within the last kernel of a surface, converged, iterations.
     """
     iterations, kernel, kernel_last, tolerance, shrink, lone = settings
     variance = noise[0] * noise[0] * noise[1]
@@ -118,7 +118,7 @@ def _accumulate(
     H: NDArray[np.float64],
     g: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Normal equations of all points: writes H = sum w J^T J, g = sum w J^T d; returns RMS residual, share of points used."""
+    """Normal equations of all points: writes H = sum w J^T J, g = sum w J^T d; returns RMS residual, share of points within the kernel."""
     nearest, surfaces, resolution = field
     height, width = nearest.shape
     flat = surfaces.reshape(-1)
@@ -138,11 +138,11 @@ def _accumulate(
         index = 5 * nearest[row, col]
         if index < 0:
             continue
-        found += 1
         dx, dy = x - flat[index + X], y - flat[index + Y]
         if flat[index + FLATNESS] > 0.0:
             nx, ny = flat[index + NORMAL_X], flat[index + NORMAL_Y]
             d = nx * dx + ny * dy
+            found += d * d < k2
             w = k2 / (k2 + d * d)
             w *= w  # Geman-McClure
             turn = ny * rx - nx * ry
@@ -159,6 +159,7 @@ def _accumulate(
             squares += w * d * d
         else:
             d2 = dx * dx + dy * dy
+            found += d2 < k2
             w = k2 / (k2 + d2)
             w *= w * kernel[1]
             h00 += w

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections import deque
 from collections.abc import Sequence
@@ -11,10 +12,16 @@ import numpy as np
 from slam.messages import Imu, Trajectory, WheelOdometry
 from slam.se2 import SE2, interpolate
 
+_log = logging.getLogger(__name__)
+
 HISTORY = 2.0
 """Length of the kept past [s]."""
 STANDSTILL = 0.5
 """Time without wheel motion after which the gyro's mean is its bias [s]."""
+JUMP, MAX_SPEED, MAX_YAW_RATE = 0.3, 3.0, 5.0
+"""A step beyond JUMP [m, rad] and what MAX_SPEED [m/s] and MAX_YAW_RATE [rad/s] allow is a reset of the odometry."""
+SLOWEST = 10.0
+"""The gyro waits so long for wheel odometry [s]."""
 SILENCE = 0.1
 """Gap between gyro readings beyond which the wheels give the heading [s]."""
 
@@ -28,6 +35,7 @@ class DeadReckoning:
         self._gyro: deque[Imu] = deque()
         self._bias, self._bias_readings = 0.0, 0
         self._still_since = -np.inf
+        self._jumped = False
 
     @property
     def empty(self) -> bool:
@@ -52,7 +60,7 @@ class DeadReckoning:
                 self._step(reading)
         while len(self._history) > 2 and self._history[1][0] < self.newest - HISTORY:
             self._history.popleft()
-        while len(self._gyro) > 2 and self._gyro[1].stamp < self.newest - HISTORY:
+        while len(self._gyro) > 2 and self._gyro[1].stamp < max(self.newest, self._gyro[-1].stamp - SLOWEST) - HISTORY:
             self._gyro.popleft()
 
     def pose_at(self, t: float) -> SE2:
@@ -75,14 +83,25 @@ class DeadReckoning:
         if self._wheels is None:
             self._history.append((reading.stamp, reading.T_odom_base))
         elif reading.stamp > self._wheels.stamp:
-            delta = self._wheels.T_odom_base.inverse() @ reading.T_odom_base
+            delta = self._believable(self._wheels.T_odom_base.inverse() @ reading.T_odom_base, reading.stamp - self._wheels.stamp)
             turn = self._gyro_turn(self._wheels.stamp, reading.stamp)
             self._learn_bias(delta, self._wheels.stamp, reading.stamp)
             if turn is not None:
                 xi = delta.log()
                 delta = SE2.exp(np.array([xi[0], xi[1], turn]))
             self._history.append((reading.stamp, self._history[-1][1] @ delta))
+        else:
+            return  # its motion is part of the next reading's
         self._wheels = reading
+
+    def _believable(self, delta: SE2, duration: float) -> SE2:
+        """The step, or none where no wheel could have made it: the odometry was reset."""
+        if math.hypot(delta.x, delta.y) <= JUMP + MAX_SPEED * duration and abs(delta.yaw) <= JUMP + MAX_YAW_RATE * duration:
+            return delta
+        if not self._jumped:
+            _log.warning("the wheel odometry jumps by %.2f m, %.2f rad; taken as a reset", math.hypot(delta.x, delta.y), delta.yaw)
+        self._jumped = True
+        return SE2()
 
     def _gyro_turn(self, start: float, end: float) -> float | None:
         """Turn between two times [rad] by the trapezoid rule; None where the gyro does not cover them."""

@@ -18,8 +18,13 @@ from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.scans import PointScan, deskew
-from slam.se2 import SE2
+from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
+
+DISTRUST = 1e4
+"""Inflation of odometry's covariance when its guess fits nothing."""
+LOST_AFTER = 10
+"""Unusable matches in a row after which the pose is lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +39,7 @@ class Lidar:
     search_above: float = 0.2
     """Expected error of the guess from which the window is searched before refining [m]."""
     inliers_min: float = 0.3
-    """Share of a scan's points that must lie near a known surface for its match to count."""
+    """Share of a scan's points that must lie on a known surface for its match to count."""
     deviation_start: float = 0.1
     """Expected error of the first guess [m]; then it follows the corrections that matching makes."""
 
@@ -63,6 +68,7 @@ class LidarPipeline:
         self._deviation = settings.deviation_start
         self._inflation = 1.0  # of the odometry's covariance, from how far matching has corrected it
         self._match: Match | None = None
+        self._misses = 0  # unusable matches in a row
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Register the frame's scans and answer with the pose at the frame's time."""
@@ -104,7 +110,7 @@ class LidarPipeline:
             return self._T_map_odom @ T_odom_base, SE2()
         last_stamp, T_odom_last, T_map_last = self._last
         step = T_odom_last.inverse() @ T_odom_base
-        if self._motion.empty:
+        if self._motion.newest <= last_stamp:
             step = SE2.exp(self._velocity * (stamp - last_stamp))
         return T_map_last @ step, step
 
@@ -115,12 +121,12 @@ class LidarPipeline:
         s = self._settings
         prior = s.noise.with_floor(increment) * self._inflation
         prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
-        start, width = guess, 3.0 * self._deviation
-        if width > s.search_above:
-            start, width = s.search.search(self._mapper.field, cloud.points, guess, prior), s.search_above
-        match = s.matcher.match(self._mapper.field, cloud.points, guess, prior, width, start)
+        match = self._attempt(cloud, guess, prior, 3.0 * self._deviation > s.search_above)
+        if not self._usable(match):  # the guess may be worse than odometry says
+            match = self._attempt(cloud, guess, prior * DISTRUST, True)
         self._match = match
-        if not self._usable(match):
+        self._misses = 0 if self._usable(match) else self._misses + 1
+        if self._misses:
             self._covariance = s.noise.propagate(self._covariance, guess @ increment.inverse(), increment)
             return guess
         correction = guess.inverse() @ match.T_target_source
@@ -133,6 +139,14 @@ class LidarPipeline:
         self._covariance = np.array(match.covariance)
         return match.T_target_source
 
+    def _attempt(self, cloud: PointScan, guess: SE2, prior: FloatArray, search: bool) -> Match:
+        """One match, from the guess or from the best pose of the window around it."""
+        s, field = self._settings, self._mapper.field
+        if not search:
+            return s.matcher.match(field, cloud.points, guess, prior, 3.0 * self._deviation)
+        start = s.search.search(field, cloud.points, guess, prior)
+        return s.matcher.match(field, cloud.points, guess, prior, s.search_above, start)
+
     def _usable(self, match: Match) -> bool:
         return match.converged and match.inliers >= self._settings.inliers_min
 
@@ -144,6 +158,6 @@ class LidarPipeline:
         reason = self._watch.silent(frame)
         if self._match is not None and not self._usable(self._match):
             reason = "the scan does not match the map"
-        status = Status.DEGRADED if reason else Status.TRACKING
+        status = Status.LOST if self._misses >= LOST_AFTER else Status.DEGRADED if reason else Status.TRACKING
         health = self._match.inliers if self._match else 1.0
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, health, reason)

@@ -110,6 +110,82 @@ def test_other_records_are_passed_over(read):
     assert len(list(read("SYNC start", flaser(0.0), "TRUEPOS 1 2 3 4 5 6 7 host 8").events())) == 2
 
 
+def robotlaser(t, ranges=(1.0, 2.0, 3.0, 4.0), x=0.0, max_range=3.5, remissions="2 7 7"):
+    beams = f"{len(ranges)} {' '.join(map(str, ranges))} {remissions}"
+    return f"ROBOTLASER1 4 -0.5 1.5 0.25 {max_range} 0.01 0 {beams} 9 9 9 {x} 0 0 0.3 0.4 0 0 0 {t} host {t}"
+
+
+@pytest.mark.parametrize("remissions", ["0", "2 7 7"])
+def test_robotlaser_records_alone_tell_the_whole_laser_and_the_odometry(read, remissions):
+    log = read(robotlaser(0.0, remissions=remissions), robotlaser(2.0, x=1.0, remissions=remissions))
+    scan = channel(log, "scans")[0]
+    assert np.allclose(scan.angles, [-0.5, -0.25, 0.0, 0.25])
+    assert (scan.ranges.tolist(), scan.range_max) == ([1.0, 2.0, 3.0, math.inf], 3.5)
+    assert [(o.T_odom_base.x, o.twist.v) for o in channel(log, "odometry")] == [(0.0, 0.0), (1.0, 0.5)]
+
+
+def test_robotlaser_records_beside_odom_and_flaser(read):
+    log = read(odom(0.0), robotlaser(1.0), flaser(1.0), odom(2.0))
+    assert [event.channel for event in log.events()] == ["odometry", "odometry", "scans", "odometry"]
+    assert channel(log, "odometry")[1].twist.v == 0.3
+
+
+def test_a_sick_that_names_81_9_still_has_its_limit_at_81_8(read):
+    assert read(robotlaser(0.0, max_range=81.9)).spec.lidar.range_max == 81.8
+
+
+def test_a_robotlaser_without_a_fan_is_refused(read):
+    with pytest.raises(RecordingError, match=r"line 1: .* is no fan"):
+        read(robotlaser(0.0).replace("-0.5 1.5 0.25", "nan 0 0"))
+
+
+@pytest.mark.parametrize("line", ["PARAM", "PARAM robot_name", "PARAM robot_name bob", "Laser-2.raw_x 1", odom(1.0)[:-4], flaser(1.0)[:-4]])
+def test_an_odd_line_does_not_refuse_the_log(read, caplog, line):
+    read(flaser(0.0), line, odom(2.0))
+    assert not caplog.records
+
+
+@pytest.mark.parametrize("value", ["", "on"])
+def test_a_needed_parameter_that_is_no_number_is_ignored_with_a_warning(read, caplog, value):
+    assert read(f"PARAM robot_frontlaser_offset {value}", flaser(0.0)).spec.lidar.T_base_laser.t[0] == 0.0
+    assert f"PARAM robot_frontlaser_offset is '{value}', no number; ignored" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("beams", "parameters", "first", "step", "warned"),
+    [
+        (180, {}, -90, 1, False),
+        (180, {"resolution": 1.0}, -90, 1, False),
+        (181, {"resolution": 1.0}, -90, 1, False),
+        (360, {}, -90, 0.5, False),
+        (360, {"resolution": 1.0}, -90, 0.5, True),
+        (360, {"resolution": 1.0, "fov": 360}, -180, 1, False),
+        (361, {"resolution": 0.5}, -90, 0.5, False),
+        (401, {}, -50, 0.25, False),
+        (541, {"resolution": 0.5}, -135, 0.5, False),
+        (1081, {"resolution": 1.0}, -135, 0.25, True),
+    ],
+)
+def test_the_number_of_beams_tells_their_fan(read, caplog, beams, parameters, first, step, warned):
+    lines = [f"PARAM laser_front_laser_{name} {value}" for name, value in parameters.items()]
+    lidar = read(*lines, flaser(0.0, [1.0] * beams)).spec.lidar
+    assert np.allclose(np.degrees([lidar.angle_min, lidar.angle_increment]), [first, step])
+    assert [f"{-2 * first} deg assumed" in r.getMessage() and "--spec" in r.getMessage() for r in caplog.records] == [True] * warned
+
+
+@pytest.mark.parametrize(("largest", "limited"), [([50.0] * 4, True), ([50.0] * 2, False), ([50.0] * 4 + [51.0], False)])
+def test_a_largest_reading_that_repeats_is_nothing_seen(read, largest, limited):
+    log = read(flaser(0.0, [1.0 + 0.01 * i for i in range(200 - len(largest))] + largest))
+    scan = channel(log, "scans")[0]
+    assert np.isinf(scan.ranges).sum() == (4 if limited else 0)
+    assert log.spec.lidar.range_max == scan.range_max == (np.nextafter(50.0, 0.0) if limited else 81.8)
+
+
+def test_scans_alone_tell_the_speed_by_their_poses(read):
+    log = read(flaser(0.0), flaser(0.5, x=0.25), flaser(1.0, x=0.25))
+    assert [reading.twist.v for reading in channel(log, "odometry")] == [0.0, 0.5, 0.0]
+
+
 def test_the_intel_lab_log_has_its_counts(shared_data, caplog):
     with caplog.at_level(logging.WARNING):
         log = open_log(shared_data / "intel-lab" / "intel.log")

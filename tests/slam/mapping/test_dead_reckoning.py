@@ -114,10 +114,18 @@ def test_beyond_the_readings_the_pose_is_held(t: float, held: float) -> None:
     assert_pose(motion.pose_at(t), SE2.exp(np.array([0.2, 0.0, 0.5]) * held))
 
 
-def test_a_reading_that_is_not_newer_changes_nothing_but_the_wheels_origin() -> None:
+def test_the_motion_of_a_reading_that_is_not_newer_is_part_of_the_next() -> None:
     motion = DeadReckoning()
-    motion.add([WheelOdometry(0.0, SE2()), WheelOdometry(1.0, SE2(1.0)), WheelOdometry(1.0, SE2(9.0)), WheelOdometry(2.0, SE2(10.0))], [])
+    motion.add([WheelOdometry(0.0, SE2()), WheelOdometry(1.0, SE2(1.0)), WheelOdometry(1.0, SE2(1.5)), WheelOdometry(2.0, SE2(2.0))], [])
+    assert_pose(motion.pose_at(1.0), SE2(1.0))
     assert_pose(motion.pose_at(2.0), SE2(2.0))
+
+
+def test_a_reset_of_the_odometry_is_no_motion(caplog: pytest.LogCaptureFixture) -> None:
+    motion = DeadReckoning()
+    motion.add([WheelOdometry(0.0, SE2()), WheelOdometry(0.1, SE2(0.1)), WheelOdometry(0.2, SE2(50.0)), WheelOdometry(0.3, SE2(50.1))], [])
+    assert_pose(motion.pose_at(0.3), SE2(0.2))
+    assert "taken as a reset" in caplog.text
 
 
 def test_a_window_begins_with_the_last_pose_before_it() -> None:
