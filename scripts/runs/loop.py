@@ -43,7 +43,7 @@ class RunLog:
     updates: list[float] = field(default_factory=list)
     """Wall time of each pipeline update [s]."""
     wall_time: float = 0.0
-    _interval: float = 0.25
+    interval: float = 0.25
     """Time between key frames [s]; it doubles as the run goes on."""
 
     def add(self, frame: SensorFrame, estimate: Estimate) -> None:
@@ -57,14 +57,14 @@ class RunLog:
 
     def is_due(self, stamp: float) -> bool:
         """Whether it is time for another moment."""
-        return not self.key_frames or stamp >= self.key_frames[-1].stamp + self._interval
+        return not self.key_frames or stamp >= self.key_frames[-1].stamp + self.interval
 
     def add_moment(self, scan: LaserScan, snapshot: Snapshot) -> None:
         """Keep a moment for the animation; when there are too many every other one goes."""
         self.key_frames.append(_key_frame(scan, snapshot))
         if len(self.key_frames) > KEY_FRAMES:
             del self.key_frames[1::2]
-            self._interval *= 2.0
+            self.interval *= 2.0
 
 
 @dataclass
@@ -89,6 +89,8 @@ class Loop:
         clock, snapshot = self.robot.clock, self.pipeline.snapshot()
         start, began, step = clock.now(), time.perf_counter(), 1
         end = start + self.duration
+        if isinstance(self.robot, Recorded):  # large maps are not copied more often than needed
+            log.interval = max(log.interval, (min(self.robot.span[1], end) - start) / KEY_FRAMES)
         while not self.stopped() and clock.now() < end - 1e-9:
             tick = round(start + step * PERIOD, 9)
             if not clock.sleep_until(min(tick, end)):
