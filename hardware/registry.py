@@ -9,6 +9,7 @@ from hardware.hal import Backend
 
 BACKENDS: dict[str, str] = {
     "sim": "sim.robot:Sim",
+    "kinematic": "sim.kinematic:Kinematic",
     "replay": "hardware.replay:Replay",
 }
 """name -> "module:Class"; the class is a frozen dataclass with `build() -> Robot`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Self, TypeVar, cast
 
 from hardware.errors import NotOpenError
 from hardware.hal import Command, Health
@@ -15,11 +15,15 @@ from hardware.logs.spec_file import read_spec
 from hardware.queues import EventQueue, Subscription
 from hardware.replay_clock import ReplayClock
 from hardware.spec import RobotSpec
-from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
+from slam.messages import Imu, LaserScan, RgbdImage, SensorFrame, Twist, WheelOdometry
 
-CHANNELS = ("odometry", "imu", "scans", "commands")
+SENSORS = ("odometry", "imu", "scans", "images")
+CHANNELS = (*SENSORS, "commands")
+IMAGES_KEPT = 32
+"""Images that wait for a reader who does not come: they are large."""
 HOLD_LIMIT = 1.0
-"""A scan is not held longer than this for odometry that does not come [s]."""
+"""A scan or an image is not held longer than this for odometry that does not come [s]."""
+Lasting = TypeVar("Lasting", LaserScan, RgbdImage)
 
 
 @dataclass(frozen=True)
@@ -48,9 +52,11 @@ class ReplayRobot:
     def __init__(self, log: Log) -> None:
         self._log = log
         self._queues: dict[str, EventQueue[Any]] = {channel: EventQueue[Any]() for channel in CHANNELS}
+        self._queues["images"] = EventQueue[Any](IMAGES_KEPT)
         self._clock = ReplayClock(log, self._queues)
         self._pending: dict[str, Subscription[Any]] = {}
         self._held: list[LaserScan] = []
+        self._held_images: list[RgbdImage] = []
         self._covered = float("-inf")
 
     @property
@@ -89,8 +95,8 @@ class ReplayRobot:
         self._clock.start()
         for queue in self._queues.values():
             queue.latest = None
-        self._pending = {channel: self._queues[channel].subscribe() for channel in ("odometry", "imu", "scans")}
-        self._held, self._covered = [], float("-inf")
+        self._pending = {channel: self._queues[channel].subscribe() for channel in SENSORS}
+        self._held, self._held_images, self._covered = [], [], float("-inf")
 
     def close(self) -> None:
         """Let go of the recording. May be called twice."""
@@ -107,7 +113,7 @@ class ReplayRobot:
         self.close()
 
     def read(self) -> SensorFrame:
-        """Everything since the last read, oldest first; a scan waits for the odometry of its last beam.
+        """Everything since the last read, oldest first; a scan or an image waits for the odometry of its end.
 
         Raises:
             NotOpenError: outside `open()` .. `close()`.
@@ -115,10 +121,11 @@ class ReplayRobot:
         self._require_open()
         odometry = cast(list[WheelOdometry], self._pending["odometry"].take())
         imu = cast(list[Imu], self._pending["imu"].take())
-        self._held += cast(list[LaserScan], self._pending["scans"].take())
         if odometry:
             self._covered = odometry[-1].stamp
-        return SensorFrame(self._clock.now(), tuple(odometry), tuple(imu), self._release(), self.spec.available)
+        scans, self._held = self._split([*self._held, *cast(list[LaserScan], self._pending["scans"].take())])
+        images, self._held_images = self._split([*self._held_images, *cast(list[RgbdImage], self._pending["images"].take())])
+        return SensorFrame(self._clock.now(), tuple(odometry), tuple(imu), tuple(scans), self.spec.available, tuple(images))
 
     def drive(self, twist: Twist) -> Twist:
         """The recorded twist, whatever is asked for.
@@ -135,17 +142,16 @@ class ReplayRobot:
         """Only readings dropped by a full queue can be wrong with a recording."""
         return Health(dropped=sum(subscription.dropped for subscription in self._pending.values()))
 
-    def _release(self) -> tuple[LaserScan, ...]:
-        """Held scans that need wait no longer, in order."""
+    def _split(self, held: list[Lasting]) -> tuple[list[Lasting], list[Lasting]]:
+        """Readings that need wait no longer, in order, and the rest."""
         everything = self._clock.ended or self.spec.drive is None
         count = 0
-        while count < len(self._held) and (everything or self._is_ready(self._held[count])):
+        while count < len(held) and (everything or self._is_ready(held[count])):
             count += 1
-        released, self._held = self._held[:count], self._held[count:]
-        return tuple(released)
+        return held[:count], held[count:]
 
-    def _is_ready(self, scan: LaserScan) -> bool:
-        return scan.end <= self._covered or self._clock.now() - scan.end > HOLD_LIMIT
+    def _is_ready(self, reading: LaserScan | RgbdImage) -> bool:
+        return reading.end <= self._covered or self._clock.now() - reading.end > HOLD_LIMIT
 
     def _require_open(self) -> None:
         if not self._clock.running:

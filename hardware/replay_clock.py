@@ -11,6 +11,8 @@ from hardware.queues import EventQueue
 
 RESOLUTION = 1e-9
 """Recordings count whole nanoseconds: a reading is due at `t` when it is as near as that [s]."""
+SILENCE = 10.0
+"""Nobody waits for the end of a longer silence: the clock jumps to the next reading [s]."""
 
 
 class ReplayClock:
@@ -38,7 +40,7 @@ class ReplayClock:
         return self._now
 
     def sleep_until(self, t: float) -> bool:
-        """Go on to the next reading or to `t` [s], whichever comes first. False: there is no more.
+        """Go on to the next reading or to `t` [s], whichever comes first, and over a long silence in one jump. False: there is no more.
 
         Raises:
             NotOpenError: outside the robot's `open()` .. `close()`.
@@ -48,7 +50,8 @@ class ReplayClock:
             raise NotOpenError
         if self._next is None:
             return False
-        self._now = max(self._now, t if t <= self._next.arrival + RESOLUTION else self._next.arrival)
+        jump = self._next.arrival - self._now > SILENCE
+        self._now = max(self._now, t if t <= self._next.arrival + RESOLUTION and not jump else self._next.arrival)
         while self._next is not None and self._next.arrival <= self._now + RESOLUTION:
             self._queues[self._next.channel].put(self._next.message)
             self._next = next(self._events, None)

@@ -12,10 +12,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.ticker import MultipleLocator
 
+from worlds.parts import Wall
 from worlds.world import ROBOT_HEIGHT, ROBOT_RADIUS, Solid, World
 
 INK, FLOOR, GRID = "#2b2f36", "#fbfaf7", "#dfddd6"
 WALL, FIXED, MOVABLE, TOUR, ROBOT = "#4a4e57", "#c9a26d", "#e4572e", "#2f7fb8", "#2a9d54"
+DOOR, PERSON, POSTER = "#8c5a2b", "#a03c99", "#d9a900"
+SHADES = {"matte": 1.0, "dark": 1.0, "glossy": 0.75, "glass": 0.3}
+"""Opacity of a material."""
 MARGIN = 0.55
 """Free paper around the world [m]."""
 
@@ -30,11 +34,14 @@ def draw_world(world: World) -> Figure:
     axes = figure.add_subplot()
     _style(axes, world)
     for solid in world.solids:
-        axes.add_patch(_patch(world, solid))
+        axes.add_patch(_patch(solid))
+    _draw_doors(axes, world)
     _draw_markers(axes, world)
+    _draw_posters(axes, world)
     _draw_tour(axes, world)
+    _draw_people(axes, world)
     _draw_robot(axes, world)
-    axes.legend(handles=_legend(world), loc="upper center", bbox_to_anchor=(0.5, -0.62 / (height * scale)), ncols=7, frameon=False)
+    axes.legend(handles=_legend(world), loc="upper center", bbox_to_anchor=(0.5, -0.62 / (height * scale)), ncols=10, frameon=False)
     figure.tight_layout()
     return figure
 
@@ -53,13 +60,13 @@ def _style(axes: Axes, world: World) -> None:
     axes.spines[:].set_color(GRID)
 
 
-def _patch(world: World, solid: Solid) -> Polygon:
-    if solid in world.walls:
-        return Polygon(solid.footprint(), facecolor=WALL, edgecolor=WALL, linewidth=0.5, zorder=3)
+def _patch(solid: Solid) -> Polygon:
+    if isinstance(solid, Wall):
+        return Polygon(solid.footprint(), facecolor=WALL, edgecolor=WALL, linewidth=0.5, alpha=SHADES[solid.material], zorder=3)
     if solid.z_span[0] >= ROBOT_HEIGHT:
         return Polygon(solid.footprint(), facecolor="none", edgecolor=FIXED, linewidth=1.4, linestyle=(0, (4, 3)), zorder=3)
     colour = MOVABLE if solid.mass > 0.0 else FIXED
-    return Polygon(solid.footprint(), facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=3)
+    return Polygon(solid.footprint(), facecolor=colour, edgecolor=INK, linewidth=0.8, alpha=SHADES[solid.material], zorder=3)
 
 
 def _draw_markers(axes: Axes, world: World) -> None:
@@ -69,6 +76,28 @@ def _draw_markers(axes: Axes, world: World) -> None:
         axes.plot(corners[:2, 0], corners[:2, 1], color="black", linewidth=3.2, solid_capstyle="butt", zorder=5)
         axes.plot([x, x + 0.08 * normal[0]], [y, y + 0.08 * normal[1]], color="black", linewidth=0.9, zorder=5)
         axes.text(x - 0.22 * normal[0], y - 0.22 * normal[1], str(marker.id), fontsize=6.5, ha="center", va="center", color=INK, zorder=6)
+
+
+def _draw_posters(axes: Axes, world: World) -> None:
+    for poster in world.posters:
+        corners = poster.corners()
+        axes.plot(corners[:2, 0], corners[:2, 1], color=POSTER, linewidth=3.0, solid_capstyle="butt", zorder=5)
+
+
+def _draw_doors(axes: Axes, world: World) -> None:
+    """Leaves where they are at first, and the way of their edges."""
+    for door in world.doors:
+        axes.add_patch(Polygon(door.footprint(), facecolor=DOOR, edgecolor=DOOR, alpha=SHADES[door.material], zorder=4))
+        yaws = np.linspace(door.yaw, door.yaw + door.opening, 20)
+        way = np.array(door.hinge) + door.width * np.column_stack([np.cos(yaws), np.sin(yaws)])
+        axes.plot(way[:, 0], way[:, 1], color=DOOR, linewidth=0.8, linestyle="-" if door.state == "swinging" else ":", zorder=4)
+
+
+def _draw_people(axes: Axes, world: World) -> None:
+    for person in world.people:
+        corners = np.array([*person.path, person.path[0]])
+        axes.plot(corners[:, 0], corners[:, 1], color=PERSON, linewidth=1.1, linestyle=(0, (2, 2)), zorder=4)
+        axes.plot(*person.path[0], "o", color=PERSON, markersize=8, zorder=6)
 
 
 def _draw_tour(axes: Axes, world: World) -> None:
@@ -97,7 +126,10 @@ def _legend(world: World) -> list[Patch | Line2D]:
         (Patch(facecolor=FIXED, edgecolor=INK, label="furniture"), any(part.mass == 0.0 for part in furniture)),
         (Patch(facecolor=MOVABLE, edgecolor=INK, label="movable"), any(part.mass > 0.0 for part in furniture)),
         (_dashes("overhead"), any(part.z >= ROBOT_HEIGHT for part in furniture)),
+        (Line2D([], [], color=DOOR, linewidth=3.2, label="door"), bool(world.doors)),
         (Line2D([], [], color="black", linewidth=3.2, label="marker, id"), bool(world.markers)),
+        (Line2D([], [], color=POSTER, linewidth=3.2, label="poster"), bool(world.posters)),
+        (Line2D([], [], color=PERSON, marker="o", linestyle=":", label="person"), bool(world.people)),
         (Line2D([], [], color=TOUR, marker="o", markersize=3.5, label="tour"), bool(world.tour)),
         (Line2D([], [], color=ROBOT, marker="o", markersize=9, linestyle="", label="start"), True),
     ]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from PIL import Image
 from rich.console import Console
 from rich.table import Table
 from tyro.conf import Positional, arg, subcommand
 
+from scripts.camera_view import camera_view
 from scripts.options import parse
 from scripts.preview import draw_world
 from scripts.runs.files import write_text, write_via
@@ -23,10 +26,13 @@ ABOUT = """List the worlds of the simulation, draw one as a plan, or write one a
 
 $ twin worlds                                             what there is
 $ twin worlds preview aruco_room --out room.png           a plan with markers and route
+$ twin worlds preview office:people=5,moved=0.3,doors=open,seed=3 --out busy.png
+$ twin worlds preview office:people=4 --camera --out view.png    what the robot's camera sees
 $ twin worlds export aruco_room --out mine.toml           a file to edit
 $ twin run --world mine.toml                              and to drive in
 
-NAME is what --world takes everywhere: a name, a name with options (aruco_room:spacing=0.3,furniture=false) or a .toml file.
+NAME is what --world takes everywhere: a name or a .toml file, either with options (aruco_room:spacing=0.3,people=2), or a map of
+ROS as map:file=FILE.yaml. All worlds take people=COUNT, moved=SHARE, doors=open|closed|ajar|swinging and seed=NUMBER.
 """
 
 WorldName = Annotated[Positional[str], arg(metavar="NAME")]
@@ -43,23 +49,36 @@ class ListWorlds:
             world = load_world(name)
             x0, y0, x1, y1 = world.bounds
             table.add_row(name, f"{x1 - x0:.2f} x {y1 - y0:.2f}", str(len(world.markers)), world.description)
+        table.add_row("map:file=FILE.yaml", "", "", "any map of map_server")
         Console().print(table)
 
 
 @dataclass(frozen=True)
 class PreviewWorld:
-    """Draw the plan of a world: walls, furniture, markers with their ids, start and tour."""
+    """Draw the plan of a world: walls, furniture, markers with their ids, start and tour; or what the robot's camera sees of it."""
 
     name: WorldName
-    """NAME, NAME:option=value,option=value or a path to a .toml file."""
+    """NAME or a path to a .toml file, either with :option=value,option=value after it."""
     out: Path
-    """Picture to write; its ending says the format: .png, .svg or .pdf."""
+    """Picture to write; its ending says the format: .png, .svg or .pdf; of the camera's view .png or .jpg."""
+    camera: bool = False
+    """Show what the robot's camera sees."""
+    view: Annotated[tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: where it sees most)")] = None
+    """Where the robot stands for it: x, y [m], yaw [deg]."""
+    time: Annotated[float, arg(metavar="S")] = 4.0
+    """When that is: people walk and doors swing by the clock [s], as long as no robot is in their way."""
 
     def run(self) -> None:
         """Write the picture."""
-        if self.out.suffix not in (".png", ".svg", ".pdf"):
-            raise WorldFileError(str(self.out), None, "must end in .png, .svg or .pdf")
-        write_via(self.out, draw_world(load_world(self.name)).savefig)
+        endings = (".png", ".jpg") if self.camera else (".png", ".svg", ".pdf")
+        if self.out.suffix not in endings:
+            raise WorldFileError(str(self.out), None, f"must end in {', '.join(endings)}")
+        world = load_world(self.name)
+        if self.camera:
+            picture = camera_view(world, None if self.view is None else (*self.view[:2], math.radians(self.view[2])), self.time)
+            write_via(self.out, Image.fromarray(picture).save)
+        else:
+            write_via(self.out, draw_world(world).savefig)
         print(f"wrote {self.out}")
 
 
@@ -68,7 +87,7 @@ class ExportWorld:
     """Write a world as a TOML file, which loads as the same world."""
 
     name: WorldName
-    """NAME, NAME:option=value,option=value or a path to a .toml file."""
+    """NAME or a path to a .toml file, either with :option=value,option=value after it."""
     out: Path
     """File to write; must end in .toml to be loaded again."""
 

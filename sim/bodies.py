@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from sim.bullet import pybullet
-from sim.scene import box_size, middle
+from sim.scene import Triangles, box_size, middle, standing_solids
 from worlds.parts import Cylinder
 from worlds.world import Solid, World
 
@@ -31,14 +33,27 @@ def add_floor(client: int) -> None:
 
 
 def add_world(world: World, client: int) -> list[int]:
-    """Add everything that stands in the world; returns the ids of the movable bodies, in the order of `movable_solids`."""
-    bodies = [(solid.mass, _add_solid(solid, client)) for solid in world.solids]
+    """Add everything that stands in the world; returns the ids of the movable bodies, in the order of `scene.movable_solids`."""
+    bodies = [(solid.mass, _add_solid(solid, client)) for solid in standing_solids(world)]
     return [body for mass, body in bodies if mass > 0.0]
 
 
-def movable_solids(world: World) -> list[Solid]:
-    """What can be pushed about."""
-    return [solid for solid in world.solids if solid.mass > 0.0]
+def add_moved(triangles: Triangles, client: int) -> int:
+    """Add a body that is put where it belongs, see `move`: the convex hull of triangles (M, 3, 3) in its own frame."""
+    corners = np.unique(triangles.reshape(-1, 3), axis=0).tolist()
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=corners, physicsClientId=client)
+    body = pybullet.createMultiBody(0.0, shape, useMaximalCoordinates=1, physicsClientId=client)
+    pybullet.changeDynamics(body, -1, lateralFriction=FRICTION, physicsClientId=client)
+    set_group(body, -1, WORLD, client)
+    return body
+
+
+def move(body: int, frame: list[float], client: int) -> None:
+    """Put a body of `add_moved` to a frame of 12 numbers, rotation row by row and position, that is pitched and yawed but not rolled."""
+    yaw, pitch = 0.5 * math.atan2(-frame[1], frame[4]), 0.5 * math.atan2(-frame[6], frame[8])
+    (cy, sy), (cp, sp) = (math.cos(yaw), math.sin(yaw)), (math.cos(pitch), math.sin(pitch))
+    quaternion = (-sy * sp, cy * sp, sy * cp, cy * cp)
+    pybullet.resetBasePositionAndOrientation(body, frame[9:], quaternion, physicsClientId=client)
 
 
 def set_group(body: int, link: int, group: int, client: int) -> None:

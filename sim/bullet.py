@@ -6,6 +6,8 @@ import os
 from collections.abc import Generator
 from contextlib import contextmanager
 
+from sim.errors import PhysicsError
+
 
 @contextmanager
 def _silent() -> Generator[None, None, None]:
@@ -25,7 +27,10 @@ def _silent() -> Generator[None, None, None]:
         os.close(silence)
 
 
-with _silent():
-    import pybullet
+try:
+    with _silent():
+        import pybullet
+except ImportError as error:
+    raise PhysicsError("the robot 'sim' needs PyBullet: pip install pybullet, or take the robot 'kinematic'") from error
 
 __all__ = ["pybullet"]

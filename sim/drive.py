@@ -1,50 +1,171 @@
-"""The EV3's motors and encoders."""
+"""The wheels' motors, perfect and as the EV3 has them, and the encoders."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
 
 from hardware.spec import DriveSpec
+from sim import motor_kernel
+from sim.drive_errors import DriveErrors
 from sim.motion import NANOSECONDS, STEP, WHEELS, Motion
-from slam.messages import WheelOdometry
+from slam.messages import Twist, WheelOdometry
 from slam.se2 import SE2
 
 TORQUE = 0.20
 """Running torque of the EV3 large motor [N m] (LEGO's data sheet)."""
 TIME_CONSTANT = 0.05
-"""Of the speed regulator [s]: its duty needs some 20 ticks of 2 ms to climb to 30 %."""
+"""Of a perfect motor's way to its rate [s]."""
 MAX_ACCELERATION = 40.0
-"""Of a wheel [rad/s^2]; more would lift the caster."""
+"""Of a perfect motor's wheel [rad/s^2]; more would lift the caster."""
 STALL_TIME = 0.2
 """A wheel that should turn and gives no encoder edge for so long is stalled [s]."""
 STALL_RATE = 1.0
 """Slowest wheel rate that counts as "should turn" [rad/s]."""
 
 Pair = tuple[float, float]
+AT_REST: Pair = (0.0, 0.0)
+
+
+class Wheels(NamedTuple):
+    """How the wheels are; every pair is (left, right)."""
+
+    angles: Pair = AT_REST
+    """[rad]"""
+    rates: Pair = AT_REST
+    """[rad/s]"""
+    loads: Pair = AT_REST
+    """Torque that turned them in the last step [N m]."""
+
+
+class Drive(Protocol):
+    """What turns the wheels; every pair is (left, right)."""
+
+    @property
+    def goals(self) -> Pair:
+        """Wheel rates that are commanded [rad/s]."""
+        ...
+
+    @property
+    def rates(self) -> Pair:
+        """Wheel rates to give to the wheels now [rad/s]."""
+        ...
+
+    @property
+    def torques(self) -> Pair:
+        """With these torques at most [N m]."""
+        ...
+
+    @property
+    def encoders(self) -> Pair | None:
+        """What the encoders turn with [rad]; None: with the wheels."""
+        ...
+
+    @property
+    def step(self) -> float:
+        """Commanded rates are whole multiples of this [rad/s]; 0: any."""
+        ...
+
+    @property
+    def volts(self) -> float | None:
+        """Of the battery; None: there is none."""
+        ...
+
+    def command(self, goals: Pair) -> None:
+        """Set the wheel rates to reach [rad/s]."""
+        ...
+
+    def tick(self, wheels: Wheels) -> bool:
+        """One physics step; whether `rates` or `torques` may have changed."""
+        ...
 
 
 class Motors:
-    """The regulators of both wheels: a commanded rate is approached with a first-order lag and limited acceleration."""
+    """Perfect motors: a commanded rate is approached with a first-order lag and limited acceleration."""
+
+    torques = (TORQUE, TORQUE)
+    encoders = None
+    step = 0.0
+    volts = None
 
     def __init__(self, max_rate: float) -> None:
         self._max_rate = max_rate
-        self._targets: Pair = (0.0, 0.0)
-        self.rates: Pair = (0.0, 0.0)
-        """Wheel rates that the motors are set to now (left, right) [rad/s]."""
+        self.goals = AT_REST
+        self.rates = AT_REST
 
-    def command(self, rates: Pair) -> None:
-        """Set the wheel rates to reach (left, right) [rad/s]."""
-        self._targets = (self._limited(rates[0]), self._limited(rates[1]))
+    def command(self, goals: Pair) -> None:
+        """See `Drive`."""
+        self.goals = (self._limited(goals[0]), self._limited(goals[1]))
 
-    def tick(self) -> bool:
-        """One physics step; whether the rates have changed."""
-        if self.rates == self._targets:
+    def tick(self, wheels: Wheels) -> bool:
+        """See `Drive`."""
+        if self.rates == self.goals:
             return False
-        self.rates = (_approach(self.rates[0], self._targets[0]), _approach(self.rates[1], self._targets[1]))
+        self.rates = (_approach(self.rates[0], self.goals[0]), _approach(self.rates[1], self.goals[1]))
         return True
 
     def _limited(self, rate: float) -> float:
         return min(max(rate, -self._max_rate), self._max_rate)
+
+
+class RegulatedMotors:
+    """Two EV3 large motors under the firmware's regulator, on one battery that empties and sags."""
+
+    step = motor_kernel.PERCENT_RATE
+
+    def __init__(self, errors: DriveErrors) -> None:
+        charge, empty, full = errors.battery_charge, errors.battery_empty, errors.battery
+        self.volts = empty + max(charge, 0.0) * (full - empty)
+        brick = np.array([*AT_REST, charge, self.volts])
+        self._states = np.zeros((2, 2)), np.zeros((2, motor_kernel.STATES), np.int64), brick
+        motor = (errors.resistance, errors.back_emf, errors.torque_constant, errors.friction, errors.rotor_inertia)
+        self._motor = (*motor, errors.backlash, errors.axle_friction, errors.ramp)
+        self._battery = (empty, full, errors.battery_capacity, errors.battery_resistance, errors.brick_current)
+        self._ticks = 0
+        self.goals = AT_REST
+        self.rates = AT_REST
+        self.torques = AT_REST
+        self.encoders = AT_REST
+        """See `Drive`: they sit on the motors, before the gears."""
+
+    def command(self, goals: Pair) -> None:
+        """See `Drive`; what the brick's program asks of the regulators runs up or down to it, in whole percent."""
+        self.goals = goals
+
+    def tick(self, wheels: Wheels) -> bool:
+        """See `Drive`."""
+        if self._ticks == 0:
+            self._states[0][:, motor_kernel.ANGLE] = wheels.angles
+        self._ticks += 1
+        now, before = int(self._ticks * STEP * motor_kernel.TIMER), (self.rates, self.torques)
+        motion = (*wheels.angles, *wheels.rates, *wheels.loads)
+        left, right, *torques, first, second, self.volts = motor_kernel.tick(
+            self._states, self.goals, motion, self._motor, self._battery, now
+        )
+        self.rates, self.torques, self.encoders = (left, right), (torques[0], torques[1]), (first, second)
+        return before != (self.rates, self.torques)
+
+
+def make_drive(spec: DriveSpec, errors: DriveErrors) -> Drive:
+    """Perfect motors, or regulated ones."""
+    return RegulatedMotors(errors) if errors.regulator else Motors(spec.max_wheel_rate)
+
+
+def possible(spec: DriveSpec, twist: Twist, step: float) -> Twist:
+    """The twist that wheel rates in whole multiples of `step` [rad/s] give for one within the limits.
+
+    Rates are rounded to the nearest multiple, or towards zero where that would break a limit.
+    """
+    if step == 0.0:
+        return twist
+    left, right = (round(rate / step) for rate in spec.wheel_rates(twist))
+    rounded = spec.twist(left * step, right * step)
+    if _within(spec, rounded):
+        return rounded
+    left, right = (math.trunc(rate / step) for rate in spec.wheel_rates(twist))
+    return spec.twist(left * step, right * step)
 
 
 class Odometer:
@@ -53,7 +174,7 @@ class Odometer:
     def __init__(self, spec: DriveSpec) -> None:
         self._spec = spec
         self._readings = 0
-        self._angles: Pair = (0.0, 0.0)
+        self._angles = AT_REST
         self._T_odom_base = SE2()
         self._still = [0.0, 0.0]
 
@@ -87,7 +208,15 @@ class Odometer:
         return counts * (math.tau / self._spec.counts_per_turn)
 
 
+def _towards(rate: float, goal: float, limit: float) -> float:
+    return rate + min(max(goal - rate, -limit), limit)
+
+
 def _approach(rate: float, target: float) -> float:
     change = (target - rate) * -math.expm1(-STEP / TIME_CONSTANT)
-    limit = MAX_ACCELERATION * STEP
-    return target if abs(target - rate) < 1e-6 else rate + min(max(change, -limit), limit)
+    return target if abs(target - rate) < 1e-6 else _towards(rate, rate + change, MAX_ACCELERATION * STEP)
+
+
+def _within(spec: DriveSpec, twist: Twist) -> bool:
+    fastest = max(abs(rate) for rate in spec.wheel_rates(twist))
+    return abs(twist.v) <= spec.max_speed and abs(twist.omega) <= spec.max_yaw_rate and fastest <= spec.max_wheel_rate

@@ -11,3 +11,7 @@ class PhysicsError(SimError):
 
 class TruthError(SimError):
     """A robot or a time that the twin has no truth about."""
+
+
+class RealismError(SimError):
+    """A realism that does not exist, or a number of it that does not."""

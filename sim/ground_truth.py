@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from hardware.hal import Robot
+from sim.camera_truth import CameraTruth
 from sim.errors import TruthError
-from sim.robot import SimRobot
 from sim.simulation import Simulation
+from sim.twin import TwinRobot
 from slam.grid import FREE, OCCUPIED, GridGeometry, OccupancyGrid
 from slam.messages import Trajectory
 from slam.se2 import SE2, FloatArray
@@ -30,10 +31,25 @@ class GroundTruth:
         Raises:
             TruthError: `t` is before the start or in the future.
         """
-        end = max(self._simulation.now, self._simulation.motion.end)
-        if not 0.0 <= t <= end:
-            raise TruthError(f"no true pose at {t} s; the twin knows 0 to {end:.3f} s")
+        self._check_past(t)
         return self._simulation.motion.pose_at(t)
+
+    def people(self, t: float) -> tuple[SE2, ...]:
+        """T_world_person of everybody at a past time `t` [s], in the order of `World.people`: where they stand, x forward.
+
+        Raises:
+            TruthError: `t` is before the start or in the future.
+        """
+        self._check_past(t)
+        return self._simulation.living.people(t)
+
+    def camera(self) -> CameraTruth:
+        """What is really before the camera.
+
+        Raises:
+            TruthError: the twin's camera is off.
+        """
+        return CameraTruth(self._simulation)
 
     def trajectory(self, stamps: FloatArray) -> Trajectory:
         """T_world_base at past times (N,) [s].
@@ -63,6 +79,11 @@ class GroundTruth:
         states[rooms == rooms[row, col]] = FREE
         return OccupancyGrid.from_states(geometry, states)
 
+    def _check_past(self, t: float) -> None:
+        end = max(self._simulation.now, self._simulation.motion.end)
+        if not 0.0 <= t <= end:
+            raise TruthError(f"no true pose at {t} s; the twin knows 0 to {end:.3f} s")
+
     def _geometry(self, resolution: float) -> GridGeometry:
         """Cells whose corners lie at multiples of the resolution, one cell of margin round the world."""
         x0, y0, x1, y1 = self._simulation.world.bounds
@@ -77,7 +98,7 @@ def ground_truth(robot: Robot) -> GroundTruth:
     Raises:
         TruthError: the robot is no twin, or was never open.
     """
-    if not isinstance(robot, SimRobot):
+    if not isinstance(robot, TwinRobot):
         raise TruthError(f"a {type(robot).__name__} has no ground truth; only the twin has")
     if robot.simulation is None:
         raise TruthError("the twin was never open; there is no truth yet")

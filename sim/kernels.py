@@ -9,6 +9,7 @@ from slam.kernels.jit import njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Place = tuple[float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 
@@ -49,58 +50,31 @@ def beams(frames: Floats, times: tuple[float, float], directions: Floats, mount:
     """
     origins = np.empty(directions.shape, np.float32)
     turned = np.empty(directions.shape, np.float32)
-    for i in range(len(directions)):
-        place = min(max(times[0] + i * times[1], 0.0), len(frames) - 1.0)
-        k = min(int(place), len(frames) - 2)
-        f, before, after = place - k, frames[k], frames[k + 1]
-        for j in range(3):
-            a = before[3 * j] + f * (after[3 * j] - before[3 * j])
-            b = before[3 * j + 1] + f * (after[3 * j + 1] - before[3 * j + 1])
-            c = before[3 * j + 2] + f * (after[3 * j + 2] - before[3 * j + 2])
-            p = before[9 + j] + f * (after[9 + j] - before[9 + j])
-            origins[i, j] = p + a * mount[0] + b * mount[1] + c * mount[2]
-            turned[i, j] = a * directions[i, 0] + b * directions[i, 1] + c * directions[i, 2]
+    mx, my, mz = mount
+    last = len(frames) - 2
+    i = 0
+    for k in range(last + 1):  # frame by frame: what is interpolated between stays in registers
+        before, after = _numbers(frames, k), _numbers(frames, k + 1)
+        end = np.inf if k == last else k + 1.0
+        while i < len(directions) and times[0] + i * times[1] < end:
+            f = min(max(times[0] + i * times[1] - k, 0.0), 1.0)
+            dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+            for j in range(3):
+                a = before[3 * j] + f * (after[3 * j] - before[3 * j])
+                b = before[3 * j + 1] + f * (after[3 * j + 1] - before[3 * j + 1])
+                c = before[3 * j + 2] + f * (after[3 * j + 2] - before[3 * j + 2])
+                p = before[9 + j] + f * (after[9 + j] - before[9 + j])
+                origins[i, j] = p + a * mx + b * my + c * mz
+                turned[i, j] = a * dx + b * dy + c * dz
+            i += 1
     return origins, turned
 
 
 @njit
-def beams_at_body(
-    frames: Floats, times: tuple[float, float], radius: float, rays: tuple[Singles, Singles, Singles]
-) -> tuple[NDArray[np.int64], Singles, Singles]:
-    """Which beams may hit a moving body: their indices (M,), origins and directions (M, 3) in the body's frame at each beam's time.
-
-    Args:
-        frames: (K, 12) of the body, see `frames_of`.
-        times: place of the first beam among the frames and from beam to beam.
-        radius: of a sphere about the body's origin that holds it [m].
-        rays: origins (N, 3), directions (N, 3) in the world and what they have hit so far (N,) [m].
-    """
-    origins, directions, ranges = rays
-    indices = np.empty(len(origins), np.int64)
-    local_origins, local_directions = np.empty_like(origins), np.empty_like(directions)
-    x, y, z = frames[0, 9], frames[0, 10], frames[0, 11]
-    reach = radius  # of a sphere about the first position that holds the body all the time
-    for k in range(1, len(frames)):
-        away = np.sqrt((frames[k, 9] - x) ** 2 + (frames[k, 10] - y) ** 2 + (frames[k, 11] - z) ** 2)
-        reach = max(reach, radius + away)
-    count = 0
-    for i in range(len(origins)):
-        ox, oy, oz = origins[i, 0] - x, origins[i, 1] - y, origins[i, 2] - z
-        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-        along = -(ox * dx + oy * dy + oz * dz)
-        aside = ox * ox + oy * oy + oz * oz - along * along
-        if along < -reach or along > ranges[i] + reach or aside > reach * reach:
-            continue
-        place = min(max(times[0] + i * times[1], 0.0), len(frames) - 1.0)
-        k = min(int(place), len(frames) - 2)
-        frame = frames[k] + (place - k) * (frames[k + 1] - frames[k])
-        ox, oy, oz = origins[i, 0] - frame[9], origins[i, 1] - frame[10], origins[i, 2] - frame[11]
-        for j in range(3):
-            local_origins[count, j] = frame[j] * ox + frame[3 + j] * oy + frame[6 + j] * oz
-            local_directions[count, j] = frame[j] * dx + frame[3 + j] * dy + frame[6 + j] * dz
-        indices[count] = i
-        count += 1
-    return indices[:count], local_origins[:count], local_directions[:count]
+def _numbers(frames: Floats, k: int) -> tuple[float, ...]:
+    """The twelve numbers of one frame."""
+    f = frames[k]
+    return f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11]
 
 
 @njit
@@ -114,23 +88,6 @@ def frames_of(poses: Floats) -> Floats:
         frames[k, :9] = _rotation(poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6])
         frames[k, 9:] = poses[k, :3]
     return frames
-
-
-@njit
-def measure(ranges: Singles, normals: Floats, sigmas: tuple[float, float], steps: float, limits: tuple[float, float]) -> Floats:
-    """What a lidar reports (N,) [m] of true ranges: noise of max(sigmas[0], sigmas[1] r), whole steps, REP 117 outside the limits."""
-    reported = np.empty(len(ranges))
-    for i in range(len(ranges)):
-        r = float(ranges[i])
-        if np.isfinite(r):
-            r += normals[i] * max(sigmas[0], sigmas[1] * r)
-            r = np.rint(r * steps) / steps
-        if r < limits[0]:
-            r = -np.inf
-        elif r > limits[1]:
-            r = np.inf
-        reported[i] = r
-    return reported
 
 
 @njit

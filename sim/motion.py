@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,17 @@ WHEELS = 7
 """First column of the wheel angles in a row."""
 BODIES = 9
 """First column of the bodies' poses in a row."""
+
+
+class Frames(NamedTuple):
+    """Frames of one rigid body at equal distances in time; between two their numbers are interpolated linearly."""
+
+    values: FloatArray
+    """(K, 12) rotation row by row and position [m] of T_world_body."""
+    first: float
+    """Time of the first [s]."""
+    step: float
+    """Time between two [s]."""
 
 
 class Motion:
@@ -59,8 +71,8 @@ class Motion:
         k, f = self._place(t, self._first, self._count)
         return self._rows[k] + f * (self._rows[min(k + 1, self._count - 1)] - self._rows[k])
 
-    def poses_between(self, start: float, end: float, column: int = 0) -> tuple[FloatArray, float]:
-        """Poses (K, 7) that start in `column`, one a physics step, two at least, from before `start` to after `end` [s].
+    def poses_between(self, start: float, end: float, column: int = 0, count: int = 1) -> tuple[FloatArray, float]:
+        """Poses (K, 7 count) that start in `column`, a row a physics step, two at least, from before `start` to after `end` [s].
 
         Returns:
             The poses and the time of the first one [s].
@@ -68,7 +80,12 @@ class Motion:
         first = min(max(int(start / STEP) - self._first, 0), max(self._count - 2, 0))
         last = min(math.ceil(end / STEP) - self._first, self._count - 1)
         poses = self._rows[[0, 0]] if self._count == 1 else self._rows[first : max(last, first + 1) + 1]
-        return poses[:, column : column + 7], (self._first + first) * STEP
+        return poses[:, column : column + 7 * count], (self._first + first) * STEP
+
+    def frames_between(self, start: float, end: float, column: int = 0) -> Frames:
+        """The poses of `poses_between` as frames."""
+        poses, first = self.poses_between(start, end, column)
+        return Frames(kernels.frames_of(poses), first, STEP)
 
     def pose_at(self, t: float) -> SE2:
         """T_world_base at any past time."""

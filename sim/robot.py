@@ -1,20 +1,25 @@
-"""The twin as a `Robot`: parameters, and what they build."""
+"""The PyBullet twin: parameters, and what they build."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
-from hardware.errors import NotOpenError
-from hardware.hal import Command, Health
-from hardware.queues import EventQueue, Subscription
 from hardware.spec import DriveSpec, RobotSpec
+from sim.bullet_rays import BulletRays
+from sim.drive import make_drive
 from sim.errors import SimError
-from sim.realism import REALISMS
+from sim.lidar import CASTERS, static_rays
+from sim.living import Living
+from sim.moving import MovingBodies, living_bodies, moving_bodies
+from sim.painters import PAINTERS
+from sim.physics import Physics
+from sim.realism import read_realism
+from sim.scenery import Scenery
 from sim.simulation import Simulation
-from slam.messages import LaserScan, SensorFrame, Twist
-from worlds.loader import load_world
+from sim.stage import Stage
+from sim.twin import TwinRobot
 from worlds.world import World
 
 
@@ -26,149 +31,47 @@ class Sim:
     """World by name, `name:option=value,...`, or a path to a .toml."""
     seed: int = 0
     """Of all noise."""
-    rays: Literal["embree", "bullet"] = "embree"
-    """Ray caster of the lidar; bullet is slow and the reference."""
-    realism: Literal["ideal", "datasheet"] = "datasheet"
-    """How far body and devices are from their specification."""
+    rays: Literal["grid", "embree", "bullet"] = "grid"
+    """Ray caster of the lidar: grid is the fast one, embree its reference, bullet is the physics' own and slow."""
+    camera: Literal["raster", "embree", "tiny", "egl", "none"] = "none"
+    """What draws the camera's images: raster is the fast one, embree its reference, tiny and egl are PyBullet's; none: it is off."""
+    realism: str = "datasheet"
+    """How far body and devices are from their specification: a name, or `NAME:GROUP.FIELD=VALUE,...`, see `sim.realism`."""
     spec: RobotSpec = field(default_factory=RobotSpec)
     """What the robot's owner believes it to be."""
 
     def __post_init__(self) -> None:
-        if self.realism not in REALISMS:
-            raise SimError(f"no realism '{self.realism}'; available: {', '.join(REALISMS)}")
-        if self.rays not in ("embree", "bullet"):
-            raise SimError(f"no rays '{self.rays}'; available: embree, bullet")
+        read_realism(self.realism)
+        if self.rays not in (*CASTERS, "bullet"):
+            raise SimError(f"no rays '{self.rays}'; available: {', '.join(CASTERS)}, bullet")
+        if self.camera not in (*PAINTERS, "none"):
+            raise SimError(f"no camera '{self.camera}'; available: {', '.join(PAINTERS)}, none")
         if self.seed < 0:
             raise SimError(f"the seed must be 0 or above, got {self.seed}")
+        if self.camera == "none":
+            object.__setattr__(self, "spec", replace(self.spec, camera=None))
 
-    def build(self) -> SimRobot:
+    def build(self) -> TwinRobot:
         """Make the twin; nothing is opened yet."""
-        return SimRobot(self)
+        return TwinRobot(self)
 
+    def simulate(self, world: World, seed: int) -> Simulation:
+        """See `sim.twin.Twin`."""
+        realism = read_realism(self.realism)
+        with ExitStack() as held:
+            living = Living(world)
+            physics = Physics(world, realism.true_spec(self.spec), living, realism.drive)
+            held.callback(physics.close)
+            bullet = self.rays == "bullet"
+            rays, through_glass = (BulletRays(physics.client), None) if bullet else static_rays(world, CASTERS[self.rays])
+            drive = make_drive(self.spec.drive or DriveSpec(), realism.drive)
+            moving = () if bullet else self._moving(world, living)
+            scenery = Scenery(world, living) if self.spec.camera else None
+            painter = PAINTERS[self.camera](scenery) if scenery else None
+            stage = Stage(physics, drive, rays, living, moving, through_glass, scenery, painter)
+            simulation = Simulation(world, self.spec, realism, seed, stage)
+            held.pop_all()
+        return simulation
 
-class SimRobot:
-    """A `Robot` and `Resettable` in PyBullet."""
-
-    def __init__(self, parameters: Sim) -> None:
-        self._parameters = parameters
-        self._queues: dict[str, EventQueue[Any]] = {name: EventQueue() for name in ("odometry", "imu", "scans", "commands")}
-        self._inbox: dict[str, Subscription[Any]] = {name: self._queues[name].subscribe() for name in ("odometry", "imu", "scans")}
-        self._waiting: list[LaserScan] = []
-        self._covered = -math.inf
-        self._clock = SimClock(self)
-        self._open = False
-        self.simulation: Simulation | None = None
-        """The running or the last episode: the door for `sim.ground_truth`, not part of the HAL."""
-
-    @property
-    def spec(self) -> RobotSpec:
-        """What the robot is believed to be."""
-        return self._parameters.spec
-
-    @property
-    def clock(self) -> SimClock:
-        """Simulated time; zero at `open()` and `reset()`."""
-        return self._clock
-
-    @property
-    def queues(self) -> dict[str, EventQueue[Any]]:
-        """`odometry`, `imu`, `scans`, `commands`."""
-        return self._queues
-
-    @property
-    def running(self) -> Simulation:
-        """The episode that runs.
-
-        Raises:
-            NotOpenError: outside `open()` .. `close()`.
-        """
-        if not self._open or self.simulation is None:
-            raise NotOpenError
-        return self.simulation
-
-    def open(self) -> None:
-        """Start the physics; an open twin stays as it is.
-
-        Raises:
-            WorldError: the world cannot be read; nothing is held.
-        """
-        if not self._open:
-            self._start(load_world(self._parameters.world), self._parameters.seed)
-
-    def close(self) -> None:
-        """Stop the physics. May be called twice."""
-        self._open = False
-        if self.simulation is not None:
-            self.simulation.close()
-
-    def reset(self, seed: int) -> None:
-        """Back to the start pose at time zero, with the noise of `seed`; readings that nobody took are gone."""
-        world = self.running.world
-        self.close()
-        self._start(world, seed)
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
-    def read(self) -> SensorFrame:
-        """Everything since the last read, oldest first; a scan waits until odometry covers its last beam."""
-        stamp = self.running.now
-        odometry, imu, scans = (tuple(self._inbox[name].take()) for name in ("odometry", "imu", "scans"))
-        if odometry:
-            self._covered = odometry[-1].stamp
-        self._waiting.extend(scans)
-        ready = tuple(scan for scan in self._waiting if scan.end <= self._covered)
-        self._waiting = self._waiting[len(ready) :]
-        return SensorFrame(stamp, odometry, imu, ready, self.spec.available)
-
-    def drive(self, twist: Twist) -> Twist:
-        """Command a twist of `base`; returns what is really commanded after limits."""
-        simulation = self.running
-        limited = (self.spec.drive or DriveSpec()).limit(twist)
-        simulation.command(limited)
-        self._queues["commands"].put(Command(simulation.now, limited))
-        return limited
-
-    def health(self) -> Health:
-        """The body's state now; the twin has no battery."""
-        dropped = sum(inbox.dropped for inbox in self._inbox.values())
-        return Health(stalled=self.simulation is not None and self.simulation.stalled, link=self._open, dropped=dropped)
-
-    def _start(self, world: World, seed: int) -> None:
-        parameters = self._parameters
-        self.simulation = Simulation(world, parameters.spec, REALISMS[parameters.realism], seed, parameters.rays)
-        self._open = True
-        self._waiting.clear()
-        self._covered = -math.inf
-        for name, queue in self._queues.items():
-            queue.latest = None
-            if name in self._inbox:
-                self._inbox[name].take()
-
-
-class SimClock:
-    """Simulated time."""
-
-    def __init__(self, robot: SimRobot) -> None:
-        self._robot = robot
-
-    def now(self) -> float:
-        """Time since `open()` or `reset()` [s]."""
-        simulation = self._robot.simulation
-        return simulation.now if simulation is not None else 0.0
-
-    def sleep_until(self, t: float) -> bool:
-        """Step the physics and land on `t` [s] exactly; a simulation always goes on.
-
-        Raises:
-            NotOpenError: outside `open()` .. `close()`.
-            SimError: `t` is not finite.
-        """
-        if not math.isfinite(t):
-            raise SimError(f"cannot sleep until {t}; give a finite time")
-        self._robot.running.advance(t, self._robot.queues)
-        return True
+    def _moving(self, world: World, living: Living) -> list[MovingBodies]:
+        return [*moving_bodies(world), *(living_bodies(living, self.spec.lidar) if self.spec.lidar else ())]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
@@ -76,6 +76,54 @@ class Imu:
     """About the z axis of `base`, counter-clockwise [rad/s]."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraInfo:
+    """One imager, its lens and its place. The centre of pixel (column i, row j) is at (i, j)."""
+
+    width: int
+    height: int
+    K: FloatArray
+    """(3, 3) pinhole matrix [px]."""
+    D: FloatArray
+    """(5,) Brown-Conrady distortion k1 k2 p1 p2 k3, in OpenCV's order."""
+    row_time: float = 0.0
+    """Time from row to row [s]; 0 for a global shutter."""
+    T_base_camera: SE3 = field(default_factory=SE3)
+    """Optical frame: z forward, x right, y down."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "K", read_only(self.K))
+        object.__setattr__(self, "D", read_only(self.D))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RgbdImage:
+    """A colour and a depth image of one moment, each as its own imager sees it. `slam.depth_images` lays one over the other.
+
+    Row j of the colour image was exposed about `stamp + (j - (height - 1) / 2) * row_time`; the depth image, all of it, at `stamp`.
+    """
+
+    stamp: float
+    """Middle of the exposure of the colour image's middle row [s]."""
+    colour: NDArray[np.uint8]
+    """(H, W, 3) red, green, blue."""
+    depth: NDArray[np.float32]
+    """(H, W) along the optical axis of the depth camera [m]; nan where nothing was measured."""
+    colour_info: CameraInfo
+    depth_info: CameraInfo
+
+    def __post_init__(self) -> None:
+        for name, kind in (("colour", np.uint8), ("depth", np.float32)):
+            frozen = np.array(getattr(self, name), dtype=kind)
+            frozen.setflags(write=False)
+            object.__setattr__(self, name, frozen)
+
+    @property
+    def end(self) -> float:
+        """Time of the colour image's last row [s]."""
+        return self.stamp + 0.5 * (self.colour_info.height - 1) * self.colour_info.row_time
+
+
 @dataclass(frozen=True, slots=True)
 class SensorFrame:
     """Everything that arrived since the last read, oldest first in each field."""
@@ -86,7 +134,8 @@ class SensorFrame:
     imu: tuple[Imu, ...] = ()
     scans: tuple[LaserScan, ...] = ()
     available: frozenset[str] = frozenset()
-    """Names of the sensors that this body has: `odometry`, `imu`, `scans`."""
+    """Names of the sensors that this body has: `odometry`, `imu`, `scans`, `images`."""
+    images: tuple[RgbdImage, ...] = ()
 
 
 class Status(StrEnum):

@@ -1,1 +1,1 @@
-"""Worlds the robot can drive in: measured ones as TOML files, generated ones as parameters. No project package is needed to read one."""
+"""Worlds the robot can drive in: measured ones as TOML files, generated ones as parameters, maps of ROS."""

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec import structs
 
 from worlds.errors import WorldOptionError
 from worlds.parts import Box, Cylinder, Marker, Point, Wall
@@ -99,13 +100,13 @@ def _room_walls(size: float) -> tuple[Wall, ...]:
 
 def _boxes(scale: float) -> tuple[Box, ...]:
     placed = [
-        Box((0.35, 1.75), (0.8, 0.35, 0.9), yaw=0.12, name="cupboard"),
-        Box((-0.45, -1.7), (0.4, 0.4, 0.4), yaw=0.6, name="crate"),
+        Box((0.35, 1.75), (0.8, 0.35, 0.9), yaw=0.12, name="cupboard", piece="cupboard"),
+        Box((-0.45, -1.7), (0.4, 0.4, 0.4), yaw=0.6, name="crate", piece="crate"),
         Box((-1.95, 1.95), (0.6, 0.25, 0.8), yaw=math.pi / 4, name="shelf"),
-        Box((-1.0, 0.05), (0.54, 0.4, 0.03), yaw=0.25, z=0.7, name="table top"),
+        Box((-1.0, 0.05), (0.54, 0.4, 0.03), yaw=0.25, z=0.7, name="table top", piece="table"),
         Box((2.0, 1.9), (0.3, 0.25, 0.3), yaw=-0.4, mass=1.0, name="parcel"),
     ]
-    return tuple(Box(_moved(box.centre, scale), box.size, round(box.yaw, 4), box.z, box.mass, box.name) for box in placed)
+    return tuple(structs.replace(box, centre=_moved(box.centre, scale), yaw=round(box.yaw, 4)) for box in placed)
 
 
 def _cylinders(scale: float) -> tuple[Cylinder, ...]:
@@ -113,7 +114,7 @@ def _cylinders(scale: float) -> tuple[Cylinder, ...]:
     (x, y), (c, s) = _moved((-1.0, 0.05), scale), (math.cos(0.25), math.sin(0.25))
     corners = [(0.22, 0.15), (-0.22, 0.15), (-0.22, -0.15), (0.22, -0.15)]
     feet = [(round(x + c * u - s * v, 4), round(y + s * u + c * v, 4)) for u, v in corners]
-    return (column, *(Cylinder(foot, radius=0.025, height=0.7, name="table leg") for foot in feet))
+    return (column, *(Cylinder(foot, radius=0.025, height=0.7, name="table leg", piece="table") for foot in feet))
 
 
 def _moved(point: Point, scale: float) -> Point:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 import msgspec
 from msgspec import structs
@@ -35,6 +35,8 @@ def complaint(error: msgspec.ValidationError, content: Any, kind: Any) -> WorldV
         path, problem = f"{path}.{missing[1]}", "is missing"
     else:
         value = content
+    if problem.startswith("Invalid enum value"):
+        problem = f"must be one of {', '.join(get_args(kind))}"
     if isinstance(value, float) and not math.isfinite(value):
         problem = "must be a finite number"
     return WorldValueError(path.lstrip("."), value, problem)
@@ -50,6 +52,7 @@ def _split(error: msgspec.ValidationError) -> tuple[str, str]:
 
 def _inner(kind: Any, step: str) -> Any:  # noqa: ANN401
     """Type of one field of a struct or of one item of a tuple."""
+    kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if not step.isdigit():
         return next(field.type for field in structs.fields(kind) if field.encode_name == step)
     items = get_args(kind)

@@ -17,7 +17,7 @@ class UnknownWorldError(WorldError):
     def __init__(self, name: str, available: list[str]) -> None:
         nearest = difflib.get_close_matches(name, available, n=1)
         hint = f"; did you mean {nearest[0]}?" if nearest else ""
-        super().__init__(f"no world '{name}'; available: {', '.join(available)}, or a path to a .toml file{hint}")
+        super().__init__(f"no world '{name}'; available: {', '.join(available)}, map:file=FILE.yaml, or a path to a .toml file{hint}")
 
 
 class WorldOptionError(WorldError):

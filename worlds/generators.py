@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol
 
+from worlds.apartment import Apartment
 from worlds.aruco_room import ArucoRoom
+from worlds.cave import Cave
+from worlds.hall import Hall
+from worlds.maze import Maze
+from worlds.office import Office
+from worlds.office_random import OfficeRandom
+from worlds.rosmap import RosMap
 from worlds.world import World
 
 
@@ -18,5 +25,16 @@ class Generator(Protocol):
         ...
 
 
-GENERATORS: dict[str, type[Generator]] = {"aruco_room": ArucoRoom}
+GENERATORS: dict[str, type[Generator]] = {
+    "apartment": Apartment,
+    "aruco_room": ArucoRoom,
+    "cave": Cave,
+    "hall": Hall,
+    "map": RosMap,
+    "maze": Maze,
+    "office": Office,
+    "office_random": OfficeRandom,
+}
 """name -> frozen dataclass of options with `build() -> World`."""
+PEOPLED = {"office": 3}
+"""name -> how many people walk about where the option `people` does not say."""

@@ -1,9 +1,9 @@
-"""What a world is made of: walls, boxes, cylinders and markers. Frozen; ranges are checked when a `World` is made of them."""
+"""What stands in a world: walls, boxes, cylinders, markers, posters. Frozen; ranges are checked when a `World` is made of them."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -17,6 +17,10 @@ Height = Annotated[float, Meta(ge=0.0, le=1000.0)]
 Mass = Annotated[float, Meta(ge=0.0, le=1000.0)]
 Angle = Annotated[float, Meta(ge=-6.2832, le=6.2832)]
 Point = tuple[Coordinate, Coordinate]
+Material = Literal["matte", "dark", "glossy", "glass"]
+"""What the lidar and the camera make of a surface: it scatters, swallows, mirrors or lets through what falls on it."""
+FloorTexture = Literal["plain", "planks", "tiles", "carpet", "concrete"]
+WallTexture = Literal["plain", "plaster", "brick", "rock", "panels"]
 
 CYLINDER_SIDES = 48
 """Sides of the polygon that stands for a circle: 0.2 % of the radius at most."""
@@ -31,6 +35,9 @@ class Wall(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Other end of the centre line (x, y) [m]."""
     thickness: Length = 0.1
     height: Length = 1.0
+    material: Material = "matte"
+    texture: WallTexture = "plaster"
+    """What the camera sees on it."""
 
     @property
     def z_span(self) -> tuple[float, float]:
@@ -59,7 +66,7 @@ class Wall(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def footprint(self) -> FloatArray:
         """Corners (4, 2) [m], counter-clockwise."""
-        return _rectangle(self.centre, (self.length, self.thickness), self.yaw)
+        return rectangle(self.centre, (self.length, self.thickness), self.yaw)
 
 
 class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -75,6 +82,9 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mass: Mass = 0.0
     """0: fixed; above: a movable body of that mass [kg]."""
     name: str = "box"
+    piece: str = ""
+    """Piece of furniture that it is a part of, which is moved as one; empty: it stays where it is."""
+    material: Material = "matte"
 
     @property
     def z_span(self) -> tuple[float, float]:
@@ -83,7 +93,7 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def footprint(self) -> FloatArray:
         """Corners (4, 2) [m], counter-clockwise."""
-        return _rectangle(self.centre, self.size[:2], self.yaw)
+        return rectangle(self.centre, self.size[:2], self.yaw)
 
 
 class Cylinder(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -98,6 +108,9 @@ class Cylinder(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mass: Mass = 0.0
     """0: fixed; above: a movable body of that mass [kg]."""
     name: str = "cylinder"
+    piece: str = ""
+    """Piece of furniture that it is a part of, which is moved as one; empty: it stays where it is."""
+    material: Material = "matte"
 
     @property
     def z_span(self) -> tuple[float, float]:
@@ -123,13 +136,34 @@ class Marker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def corners(self) -> FloatArray:
         """Corners of the black square (4, 3) [m]: top left, top right, bottom right, bottom left as seen from the front."""
-        right = np.array([-math.sin(self.yaw), math.cos(self.yaw), 0.0])
-        up = np.array([0.0, 0.0, 1.0])
-        signs = ((-1, 1), (1, 1), (1, -1), (-1, -1))
-        return np.array([np.array(self.position) + self.size / 2 * (i * right + j * up) for i, j in signs])
+        return _print_corners(self.position, self.yaw, (self.size, self.size))
 
 
-def _rectangle(centre: tuple[float, float], size: tuple[float, float], yaw: float) -> FloatArray:
+class Poster(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A printed picture, upright and flat on a surface. Its frame is as a marker's."""
+
+    position: tuple[Coordinate, Coordinate, Height]
+    """Its middle (x, y, z) [m]."""
+    yaw: Angle
+    """Direction in which it looks: heading of its outward normal [rad]."""
+    size: tuple[Length, Length] = (0.6, 0.8)
+    """Width and height [m]."""
+    seed: Annotated[int, Meta(ge=0)] = 0
+    """Of what is printed on it."""
+
+    def corners(self) -> FloatArray:
+        """Corners (4, 3) [m]: top left, top right, bottom right, bottom left as seen from the front."""
+        return _print_corners(self.position, self.yaw, self.size)
+
+
+def _print_corners(position: tuple[float, float, float], yaw: float, size: tuple[float, float]) -> FloatArray:
+    right = np.array([-math.sin(yaw), math.cos(yaw), 0.0]) * size[0] / 2
+    up = np.array([0.0, 0.0, 1.0]) * size[1] / 2
+    return np.array(position) + np.array([up - right, up + right, right - up, -right - up])
+
+
+def rectangle(centre: tuple[float, float], size: tuple[float, float], yaw: float) -> FloatArray:
+    """Corners (4, 2), counter-clockwise, of a rectangle turned by `yaw` [rad] about its middle."""
     half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(size) / 2
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array(centre) + half @ np.array([[c, s], [-s, c]])

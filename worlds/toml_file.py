@@ -15,6 +15,8 @@ from worlds.errors import WorldFileError, WorldValueError
 from worlds.lines import line_of
 from worlds.world import World
 
+_TABLES = ("wall", "box", "cylinder", "marker", "poster", "door", "person")
+
 
 def read_world(path: Path) -> World:
     """World of a TOML file.
@@ -53,9 +55,10 @@ def parse_world(text: str, name: str) -> World:
 def dump_world(world: World) -> str:
     """TOML text that reads back as an equal world."""
     content: dict[str, Any] = msgspec.to_builtins(world)
-    tables: dict[str, list[dict[str, Any]]] = {name: content.pop(name) for name in ("wall", "box", "cylinder", "marker")}
-    blocks = [_keys(content), *(f"[[{name}]]\n{_keys(entry)}" for name, entries in tables.items() for entry in entries)]
-    return "\n".join(blocks)
+    light: dict[str, Any] = content.pop("light")
+    tables: dict[str, list[dict[str, Any]]] = {name: content.pop(name) for name in _TABLES}
+    parts = [f"[[{name}]]\n{_keys(entry)}" for name, entries in tables.items() for entry in entries]
+    return "\n".join([_keys(content), f"[light]\n{_keys(light)}", *parts])
 
 
 def _keys(entries: dict[str, Any]) -> str:

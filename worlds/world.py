@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from functools import cached_property
+
 import msgspec
 import numpy as np
 from msgspec import structs
@@ -9,7 +12,8 @@ from msgspec import structs
 from worlds import geometry
 from worlds.complaints import complaint
 from worlds.errors import WorldValueError
-from worlds.parts import Angle, Box, Coordinate, Cylinder, FloatArray, Marker, Point, Wall
+from worlds.living import PERSON_RADIUS, Door, Light, Person
+from worlds.parts import Angle, Box, Coordinate, Cylinder, FloatArray, FloorTexture, Marker, Point, Poster, Wall
 
 Solid = Wall | Box | Cylinder
 
@@ -27,7 +31,7 @@ DICTIONARIES = {
 """OpenCV's name of a marker dictionary -> number of its ids."""
 
 
-class World(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class World(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=True):
     """A floor plan with heights. The map frame of the truth: x and y on the floor, z up [m].
 
     Raises:
@@ -46,31 +50,39 @@ class World(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     boxes: tuple[Box, ...] = msgspec.field(name="box", default=())
     cylinders: tuple[Cylinder, ...] = msgspec.field(name="cylinder", default=())
     markers: tuple[Marker, ...] = msgspec.field(name="marker", default=())
+    posters: tuple[Poster, ...] = msgspec.field(name="poster", default=())
+    doors: tuple[Door, ...] = msgspec.field(name="door", default=())
+    people: tuple[Person, ...] = msgspec.field(name="person", default=())
+    light: Light = Light()
+    floor: FloorTexture = "planks"
+    """What the camera sees on the floor."""
 
     def __post_init__(self) -> None:
         _check_ranges(self)
         _check_walls(self)
         _check_markers(self)
         _check_ways(self)
+        _check_people(self)
+        _check_light(self)
 
     @property
     def solids(self) -> tuple[Solid, ...]:
-        """Everything that stands in the world."""
+        """Everything that stands in the world; what the clock moves, doors and people, is not among it."""
         return (*self.walls, *self.boxes, *self.cylinders)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Lowest x and y, highest x and y of everything solid [m]."""
-        corners = np.vstack([solid.footprint() for solid in self.solids])
+        corners = np.vstack([solid.footprint() for solid in (*self.solids, *self.doors)])
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         return float(x0), float(y0), float(x1), float(y1)
 
     def outlines(self, z: float, *, movable: bool = True) -> FloatArray:
         """Sides (N, 4) as x0 y0 x1 y1 [m] of everything solid at height `z` [m]; cylinders are polygons.
 
-        Movable bodies stand where they stood at the start, or are left out.
+        Doors are as they are at time 0, people are left out. Movable bodies stand where they stood at the start, or are left out.
         """
-        at_height = [solid for solid in self.solids if solid.z_span[0] <= z < solid.z_span[1]]
+        at_height = [solid for solid in (*self.solids, *self.doors) if solid.z_span[0] <= z < solid.z_span[1]]
         outlines = [geometry.sides(solid.footprint()) for solid in at_height if movable or solid.mass == 0.0]
         return np.vstack([np.empty((0, 4)), *outlines])
 
@@ -79,9 +91,13 @@ class World(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return list(zip(self.tour, (*self.tour[1:], *self.tour[:1]), strict=True)) if len(self.tour) > 1 else []
 
     def clearance(self, a: Point, b: Point) -> float:
-        """Distance [m] between the straight way from `a` to `b` and the nearest solid in the robot's way."""
-        obstacles = [solid.footprint() for solid in self.solids if solid.z_span[0] < ROBOT_HEIGHT]
-        return geometry.clearance(np.array(a), np.array(b), obstacles)
+        """Distance [m] between the straight way from `a` to `b` and the nearest solid, or door at time 0, in the robot's way."""
+        return geometry.clearance(np.array(a), np.array(b), self._in_the_way)
+
+    @cached_property
+    def _in_the_way(self) -> geometry.Polygons:
+        """Footprints of what the robot can bump into."""
+        return geometry.Polygons([solid.footprint() for solid in (*self.solids, *self.doors) if solid.z_span[0] < ROBOT_HEIGHT])
 
 
 def _check_ranges(world: World) -> None:
@@ -122,6 +138,22 @@ def _check_ways(world: World) -> None:
         _check_clear(world, "tour[0]", start, world.tour[0])
     for i, (a, b) in enumerate(world.legs(), start=1):
         _check_clear(world, f"tour[{i % len(world.tour)}]", a, b)
+
+
+def _check_people(world: World) -> None:
+    obstacles = geometry.Polygons([solid.footprint() for solid in world.solids])
+    for i, person in enumerate(world.people):
+        for k, (a, b) in enumerate(person.legs() or [(person.path[0], person.path[0])], start=1):
+            room = geometry.clearance(np.array(a), np.array(b), obstacles)
+            if room < PERSON_RADIUS:
+                key = f"person[{i}].path[{k % len(person.path)}]"
+                raise WorldValueError(key, b, f"needs {PERSON_RADIUS} m of free space on the way from {list(a)}, has {room:.3f} m")
+
+
+def _check_light(world: World) -> None:
+    times = [time for time, _ in world.light.levels]
+    if any(b <= a for a, b in itertools.pairwise(times)):
+        raise WorldValueError("light.levels", world.light.levels, f"times must grow, they are {times}")
 
 
 def _check_clear(world: World, key: str, a: Point, b: Point) -> None:

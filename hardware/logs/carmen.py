@@ -50,6 +50,7 @@ ROBOT = RobotSpec(
     ),
     lidar=None,
     imu=None,
+    camera=None,
     radius=0.30,
 )
 """A CARMEN log does not describe its wheels: these are about a Pioneer 2's, and nothing is computed from them."""

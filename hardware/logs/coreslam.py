@@ -34,6 +34,7 @@ ROBOT = RobotSpec(
     ),
     lidar=replace(LidarSpec(), model="URG-04LX", T_base_laser=SE3.from_xyz_rpy((0.145, 0.0, 0.0))),
     imu=None,
+    camera=None,
     radius=0.30,
 )
 """The robot of the recordings. 2000 ticks are a whole turn: where the format is said to count them over 180 deg, the two wheels' ways are

@@ -1,7 +1,7 @@
 """What ROS messages would round, brought through with the same bits.
 
 A ROS time counts whole nanoseconds, a heading travels as a quaternion, a LaserScan carries float32: stamps that are whole
-nanoseconds, all headings, and ranges that are whole millimetres come back as they were.
+nanoseconds, all headings, and ranges and depths that are whole millimetres come back as they were.
 """
 
 from __future__ import annotations
@@ -52,3 +52,15 @@ def widened(ranges: NDArray[np.float32]) -> FloatArray:
     """Ranges [m] as they were before float32: whole millimetres where that is what was rounded, else the float32 itself."""
     millimetres = np.rint(ranges.astype(np.float64) * 1000.0) / 1000.0
     return np.where(millimetres.astype(np.float32) == ranges, millimetres, ranges.astype(np.float64))
+
+
+def whole_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Depths [m] in whole millimetres, those that are not measured as 0; what is farther than 65.535 m is given as not measured."""
+    depth_mm = np.rint(depth * np.float32(1000.0))
+    return np.where(depth_mm <= np.float32(65535.0), depth_mm, np.float32(0.0)).astype(np.uint16)
+
+
+def metres(depth_mm: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """The depths [m] of `whole_millimetres`, nan where not measured."""
+    depth = depth_mm.astype(np.float32) / np.float32(1000.0)
+    return np.where(depth_mm == 0, np.float32(np.nan), depth)

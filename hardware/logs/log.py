@@ -9,12 +9,12 @@ from typing import Protocol, Self
 
 from hardware.hal import Command
 from hardware.spec import RobotSpec
-from slam.messages import Imu, LaserScan, Trajectory, WheelOdometry
+from slam.messages import Imu, LaserScan, RgbdImage, Trajectory, WheelOdometry
 
 LARGEST_VALUE = 1e7
 """No robot is farther from its start [m] or faster [m/s, rad/s]: larger numbers are errors of a recording."""
 
-Reading = WheelOdometry | LaserScan | Imu | Command
+Reading = WheelOdometry | LaserScan | Imu | RgbdImage | Command
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Event:
     arrival: float
     """On the robot's clock [s]; never decreases from event to event."""
     channel: str
-    """The queue it belongs to: `odometry`, `scans`, `imu` or `commands`."""
+    """The queue it belongs to: `odometry`, `scans`, `imu`, `images` or `commands`."""
     message: Reading
 
 

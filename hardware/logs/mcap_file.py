@@ -25,7 +25,8 @@ MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")
 _OPCODES = frozenset(int(opcode) for opcode in Opcode)
 _PRIVATE_OPCODES = 0x80
-_CORRUPTION = (McapError, ZstdError, ValueError, struct.error, MemoryError, OverflowError)
+_CORRUPTION = (McapError, ZstdError, RuntimeError, ValueError, struct.error, MemoryError, OverflowError)
+"""RuntimeError is what LZ4 raises."""
 
 
 @dataclass(frozen=True, slots=True)

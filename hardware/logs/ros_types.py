@@ -24,6 +24,9 @@ class Topic:
     """Said once, and given to whoever comes later."""
 
 
+_IMAGE = "i I s I I s B I B*"
+_CAMERA_INFO = "i I s I I s d* 9d 9d 12d 6I B"
+
 TOPICS: dict[str, Topic] = {
     "/robot_spec": Topic("std_msgs/msg/String", "s", latched=True),
     "/robot_description": Topic("std_msgs/msg/String", "s", latched=True),
@@ -33,6 +36,10 @@ TOPICS: dict[str, Topic] = {
     "/odom": Topic("nav_msgs/msg/Odometry", "i I s s 85d"),
     "/imu": Topic("sensor_msgs/msg/Imu", "i I s 37d"),
     "/scan": Topic("sensor_msgs/msg/LaserScan", "i I s 7f f* f*"),
+    "/camera/color/camera_info": Topic("sensor_msgs/msg/CameraInfo", _CAMERA_INFO),
+    "/camera/depth/camera_info": Topic("sensor_msgs/msg/CameraInfo", _CAMERA_INFO),
+    "/camera/color/image_raw": Topic("sensor_msgs/msg/Image", _IMAGE),
+    "/camera/depth/image_rect_raw": Topic("sensor_msgs/msg/Image", _IMAGE),
     "/cmd_vel": Topic("geometry_msgs/msg/TwistStamped", "i I s 6d"),
     "/ground_truth": Topic("geometry_msgs/msg/PoseStamped", "i I s 7d"),
 }
@@ -69,6 +76,29 @@ _FIELDS: dict[str, tuple[str, ...]] = {
         "float64[9] angular_velocity_covariance",
         "geometry_msgs/Vector3 linear_acceleration",
         "float64[9] linear_acceleration_covariance",
+    ),
+    "sensor_msgs/Image": (
+        "std_msgs/Header header",
+        "uint32 height",
+        "uint32 width",
+        "string encoding",
+        "uint8 is_bigendian",
+        "uint32 step",
+        "uint8[] data",
+    ),
+    "sensor_msgs/RegionOfInterest": ("uint32 x_offset", "uint32 y_offset", "uint32 height", "uint32 width", "bool do_rectify"),
+    "sensor_msgs/CameraInfo": (
+        "std_msgs/Header header",
+        "uint32 height",
+        "uint32 width",
+        "string distortion_model",
+        "float64[] d",
+        "float64[9] k",
+        "float64[9] r",
+        "float64[12] p",
+        "uint32 binning_x",
+        "uint32 binning_y",
+        "sensor_msgs/RegionOfInterest roi",
     ),
     "sensor_msgs/LaserScan": (
         "std_msgs/Header header",

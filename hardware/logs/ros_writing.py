@@ -6,19 +6,21 @@ from collections.abc import Iterator
 from functools import singledispatch
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hardware.hal import Command
 from hardware.logs.cdr import encode
-from hardware.logs.exact import half_turn, time_of
+from hardware.logs.exact import half_turn, time_of, whole_millimetres
 from hardware.logs.ros_types import JOINTS, TOPICS, TRANSFORM
 from hardware.spec import RobotSpec
-from slam.messages import Imu, LaserScan, WheelOdometry
+from slam.messages import CameraInfo, Imu, LaserScan, RgbdImage, WheelOdometry
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
 
 _NOT_MEASURED = (-1.0, *(0.0,) * 8)
 """A covariance that says so (sensor_msgs/Imu)."""
 
+Pixels = NDArray[np.uint8] | NDArray[np.uint16]
 Written = Iterator[tuple[str, bytes]]
 
 
@@ -30,6 +32,8 @@ def text(topic: str, content: str) -> tuple[str, bytes]:
 def mounts(spec: RobotSpec, stamp: float) -> tuple[str, bytes]:
     """The sensors' places on `base`, for /tf_static."""
     placed = {"camera": spec.T_base_camera}
+    if spec.camera is not None:
+        placed["camera_depth"] = spec.camera_infos()[1].T_base_camera
     if spec.lidar is not None:
         placed["laser"] = spec.lidar.T_base_laser
     if spec.imu is not None:
@@ -79,8 +83,28 @@ def _(reading: LaserScan) -> Written:
 
 
 @written.register
+def _(reading: RgbdImage) -> Written:
+    time, depth_mm = time_of(reading.stamp), whole_millimetres(reading.depth)
+    yield _camera_info("/camera/color/camera_info", time, "camera", reading.colour_info)
+    yield _camera_info("/camera/depth/camera_info", time, "camera_depth", reading.depth_info)
+    yield _image("/camera/color/image_raw", (*time, "camera"), "rgb8", reading.colour)
+    yield _image("/camera/depth/image_rect_raw", (*time, "camera_depth"), "16UC1", depth_mm)
+
+
+@written.register
 def _(reading: Command) -> Written:
     yield _message("/cmd_vel", *time_of(reading.stamp), "base", (reading.twist.v, 0.0, 0.0, 0.0, 0.0, reading.twist.omega))
+
+
+def _image(topic: str, header: tuple[int, int, str], encoding: str, pixels: Pixels) -> tuple[str, bytes]:
+    height, width = pixels.shape[:2]
+    return _message(topic, *header, height, width, encoding, 0, pixels.nbytes // height, pixels.reshape(-1).view(np.uint8))
+
+
+def _camera_info(topic: str, time: tuple[int, int], frame: str, info: CameraInfo) -> tuple[str, bytes]:
+    projection = np.hstack([info.K, np.zeros((3, 1))])
+    values = (info.height, info.width, "plumb_bob", info.D, info.K, np.eye(3), projection)
+    return _message(topic, *time, frame, *values, np.zeros(6), 0)
 
 
 def _pose(T: SE2) -> FloatArray:

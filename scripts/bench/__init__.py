@@ -19,12 +19,12 @@ from scripts.runs.files import write_text
 
 HELP = "measure speed and accuracy on this machine, side by side with peers in the same run"
 
-GROUPS = ("rays", "matching", "twin", "demo", "recordings")
+GROUPS = ("rays", "grid_rays", "matching", "camera", "people", "twin", "realism", "odometry", "demo", "recordings")
 
 
 @dataclass(frozen=True)
 class BenchOptions:
-    """Measure groups of figures: rays, matching, twin, demo (ten runs), recordings (needs the public recordings)."""
+    """Measure groups of figures, all or some; demo makes ten runs, recordings needs the public recordings."""
 
     groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = field(default=GROUPS)
     """Groups to measure; all when none is given."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from sim.bodies import add_floor, add_world
 from sim.bullet import pybullet
-from sim.rays import BulletRays, EmbreeRays, Singles
+from sim.bullet_rays import BulletRays
+from sim.rays import EmbreeRays, Singles
 from sim.scene import static_triangles
 from worlds.world import World
 
@@ -64,6 +65,18 @@ def round_parity(world: World, sweeps: int, seed: int = 0) -> Parity:
     return _compare(world, sweeps, seed, behind)
 
 
+@contextmanager
+def physics_of(world: World) -> Iterator[int]:
+    """A physics client in which the world stands."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        add_floor(client)
+        add_world(world, client)
+        yield client
+    finally:
+        pybullet.disconnect(client)
+
+
 def level_sweeps(world: World, count: int, seed: int) -> Iterator[tuple[Singles, Singles]]:
     """Origins and directions (682, 3) of level sweeps from free places."""
     rng = np.random.default_rng(seed)
@@ -80,11 +93,7 @@ def level_sweeps(world: World, count: int, seed: int) -> Iterator[tuple[Singles,
 def _compare(world: World, sweeps: int, seed: int, behind: EmbreeRays | None) -> Parity:
     errors: list[NDArray[np.float64]] = []
     beside: list[NDArray[np.bool_]] = []
-    with ExitStack() as held:
-        client = pybullet.connect(pybullet.DIRECT)
-        held.callback(pybullet.disconnect, client)
-        add_floor(client)
-        add_world(world, client)
+    with physics_of(world) as client:
         embree, bullet = EmbreeRays(static_triangles(world)), BulletRays(client)
         for origins, directions in level_sweeps(world, sweeps, seed):
             e, b = (np.minimum(rays.cast(origins, directions, REACH), REACH).astype(np.float64) for rays in (embree, bullet))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hardware.faulty_robot import FaultyRobot
 from hardware.hal import Recorded, Robot
 from hardware.registry import backend_class
 from hardware.replay import ReplayRobot
@@ -24,7 +25,9 @@ from worlds.loader import load_world
 
 _log = logging.getLogger(__name__)
 
-OF_THE_SIMULATION = ("world", "seed", "realism", "rays")
+TWINS = ("sim", "kinematic")
+"""Bodies that know the truth about themselves."""
+OF_THE_SIMULATION = ("world", "seed", "realism", "rays", "camera")
 """Options that a recording does not have."""
 
 
@@ -59,6 +62,11 @@ def make_robot(options: RunOptions) -> Robot:
     return backend(**parameters).build()
 
 
+def is_twin(options: RunOptions) -> bool:
+    """Whether the body is simulated."""
+    return options.robot in TWINS
+
+
 def policy_name(options: RunOptions, robot: Robot) -> str:
     """The policy to run.
 
@@ -74,7 +82,7 @@ def policy_name(options: RunOptions, robot: Robot) -> str:
 
 def route(options: RunOptions, T_map_base: SE2) -> FloatArray:
     """The world's waypoints (N, 2) [m], seen from a map in which the robot starts at `T_map_base`."""
-    if options.robot != "sim":
+    if not is_twin(options):
         return np.empty((0, 2))
     world = load_world(options.world)
     return (T_map_base @ SE2(*world.start).inverse()).transform(np.array(world.tour, dtype=np.float64).reshape(-1, 2))
@@ -82,24 +90,30 @@ def route(options: RunOptions, T_map_base: SE2) -> FloatArray:
 
 def live_truth(options: RunOptions, robot: Robot) -> Callable[[float], SE2] | None:
     """`T_world_base` at a time of the run, from a twin."""
-    if options.robot != "sim":
+    if not is_twin(options):
         return None
     from sim.ground_truth import ground_truth
 
-    return ground_truth(robot).pose
+    return ground_truth(_bare(robot)).pose
 
 
 def known_truth(options: RunOptions, robot: Robot, stamps: FloatArray) -> Truth | None:
     """The truth at the stamps (N,) [s]: from the twin, or from a recording that holds it."""
-    if isinstance(robot, ReplayRobot):
-        trajectory, recording = robot.log.truth(), recording_of(options)
-        return None if trajectory is None or recording is None else Truth(trajectory, _walls_beside(recording, robot), None)
-    if options.robot != "sim":
+    body = _bare(robot)
+    if isinstance(body, ReplayRobot):
+        trajectory, recording = body.log.truth(), recording_of(options)
+        return None if trajectory is None or recording is None else Truth(trajectory, _walls_beside(recording, body), None)
+    if not is_twin(options):
         return None
     from sim.ground_truth import ground_truth
 
-    truth = ground_truth(robot)
+    truth = ground_truth(body)
     return Truth(truth.trajectory(stamps), truth.segments(), truth.grid())
+
+
+def _bare(robot: Robot) -> Robot:
+    """The body without its faults."""
+    return robot.body if isinstance(robot, FaultyRobot) else robot
 
 
 def _replay_parameters(options: RunOptions, path: str) -> dict[str, Any]:
@@ -128,7 +142,7 @@ def _walls_beside(recording: Path, robot: Robot) -> FloatArray | None:
     try:
         run = tomllib.loads(config.read_text(encoding="utf-8")).get("run", {})
         # a later run without --record leaves the recording alone and its own config beside it
-        known = run.get("record") is True and run.get("robot") == "sim"
+        known = run.get("record") is True and run.get("robot") in TWINS
         return load_world(str(run["world"])).outlines(float(robot.spec.lidar.T_base_laser.t[2])) if known else None
     except (OSError, ValueError, KeyError, AttributeError, WorldError) as error:
         _log.warning("the true walls are not known, %s cannot be used: %s", config, error)

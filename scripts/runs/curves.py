@@ -35,6 +35,17 @@ class Curve:
     lines: tuple[Line, ...]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Errors:
+    """What one name is off by, at stamps since the first frame (N,) [s]: (N,) [m], (N,) [rad]."""
+
+    name: str
+    colour: str
+    stamps: FloatArray
+    distance: FloatArray
+    angle: FloatArray
+
+
 def curves(run: RunRecord) -> tuple[Curve, Curve]:
     """Position and heading panels: errors after alignment where the truth is known, else how far the estimate left the odometry.
 
@@ -43,34 +54,39 @@ def curves(run: RunRecord) -> tuple[Curve, Curve]:
     """
     if len(run.estimate) == 0:
         return Curve("Position", "mm", ()), Curve("Heading", "deg", ())
-    lines = _differences(run) if run.truth is None else _errors(run, run.truth)
+    errors = _differences(run) if run.truth is None else _errors(run, run.truth)
     what = "correction" if run.truth is None else "error"
-    position, heading = zip(*lines, strict=True) if lines else ((), ())
-    return Curve(f"Position {what}", "mm", position), Curve(f"Heading {what}", "deg", heading)
+    large = any(Statistics.of(error.distance).rmse >= 1.0 for error in errors)
+    unit, scale = ("m", 1.0) if large else ("mm", 1e3)
+    position = [_line(error, scale * error.distance, f" {unit}") for error in errors]
+    heading = [_line(error, np.rad2deg(error.angle), "°") for error in errors]
+    return Curve(f"Position {what}", unit, tuple(position)), Curve(f"Heading {what}", "deg", tuple(heading))
 
 
-def _errors(run: RunRecord, truth: Trajectory) -> list[tuple[Line, Line]]:
-    lines: list[tuple[Line, Line]] = []
+def _errors(run: RunRecord, truth: Trajectory) -> list[_Errors]:
+    errors: list[_Errors] = []
     for name, colour, trajectory in (("odometry", palette.ODOMETRY, run.odometry), ("estimate", palette.ESTIMATE, run.estimate)):
         if len(trajectory) > 0:
             scored = aligned_errors(truth, trajectory)
-            lines.append(_pair(name, colour, scored.stamps - run.estimate.stamps[0], scored.errors.translation, scored.errors.heading))
-    return lines
+            errors.append(_Errors(name, colour, scored.stamps - run.estimate.stamps[0], scored.errors.translation, scored.errors.heading))
+    return errors
 
 
-def _differences(run: RunRecord) -> list[tuple[Line, Line]]:
+def _differences(run: RunRecord) -> list[_Errors]:
     if len(run.odometry) == 0:
         return []
     odometry = transform(start_of_odometry(run), sample(run.odometry, run.estimate.stamps))
     difference = run.estimate.poses - odometry
     stamps = run.estimate.stamps - run.estimate.stamps[0]
-    distance = np.linalg.norm(difference[:, :2], axis=1)
-    return [_pair("estimate against odometry", palette.ESTIMATE, stamps, distance, np.abs(wrap_angles(difference[:, 2])))]
+    distance, angle = np.linalg.norm(difference[:, :2], axis=1), np.abs(wrap_angles(difference[:, 2]))
+    return [_Errors("estimate against odometry", palette.ESTIMATE, stamps, distance, angle)]
 
 
-def _pair(name: str, colour: str, stamps: FloatArray, distance: FloatArray, angle: FloatArray) -> tuple[Line, Line]:
-    distance_mm, angle_deg = distance * 1e3, np.rad2deg(angle)
-    return (
-        Line(f"{name}, RMS {Statistics.of(distance_mm).rmse:.3g} mm", colour, stamps, distance_mm),
-        Line(f"{name}, RMS {Statistics.of(angle_deg).rmse:.2g}°", colour, stamps, angle_deg),
-    )
+def _line(error: _Errors, values: FloatArray, unit: str) -> Line:
+    return Line(f"{error.name}, RMS {_short(Statistics.of(values).rmse)}{unit}", error.colour, error.stamps, values)
+
+
+def _short(value: float) -> str:
+    """Three digits that count, never an exponent."""
+    digits = 3 if value < 1.0 else 2 if value < 10.0 else 1 if value < 100.0 else 0
+    return f"{value:.{digits}f}"

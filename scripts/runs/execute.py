@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from hardware.errors import HardwareError
+from hardware.fault_kinds import Fault
+from hardware.faults import befall
 from hardware.hal import Robot
 from hardware.recorder import Recorder
 from hardware.urdf import urdf
 from scripts.errors import UsageError
-from scripts.runs.body import known_truth, live_truth, make_robot, policy_name, route
+from scripts.runs.body import Truth, is_twin, known_truth, live_truth, make_robot, policy_name, route
 from scripts.runs.files import OutputError
 from scripts.runs.folder import config_of, prepare, results_folder, write_measurements, write_report
 from scripts.runs.interruption import interruptible
@@ -30,7 +33,7 @@ from slam.errors import SlamError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
-from slam.pipelines import Pipeline, pipeline_settings, warm_up
+from slam.pipelines import Pipeline, PipelineSettings, pipeline_settings, warm_up
 from slam.se2 import SE2
 
 SIMULATED = 60.0
@@ -67,9 +70,13 @@ def execute(options: RunOptions) -> Finished:
     Raises:
         UsageError, HardwareError, SimError, SlamError, WorldError, OutputError: with one line that says what to do.
     """
-    run, log, failure, interrupted = _assemble(options), RunLog(), None, False
+    settings = read_parameters(pipeline_settings(options.pipeline), options.params)
+    run, log, failure, interrupted = _assemble(options, settings), RunLog(), None, False
+    prepare(run.folder, config_of(options, settings))
     try:
-        interrupted = _drive(run, log)
+        with interruptible() as stopped:
+            _drive(run, log, stopped)
+        interrupted = stopped()
     except (HardwareError, SimError, SlamError) as error:
         if not log.stamps:
             raise
@@ -79,6 +86,17 @@ def execute(options: RunOptions) -> Finished:
             _write(run, log)
         raise failure
     return Finished(run.folder, _write(run, log), interrupted)
+
+
+def measure(options: RunOptions, faults: Sequence[Fault] = ()) -> RunRecord:
+    """Run with things going wrong, draw nothing and write nothing; the faults draw by the run's seed.
+
+    Raises:
+        UsageError, HardwareError, SimError, SlamError, WorldError: with one line that says what to do.
+    """
+    run, log = _assemble(options, read_parameters(pipeline_settings(options.pipeline), options.params), faults), RunLog()
+    _drive(run, log, lambda: False)
+    return _scored(_gathered(run, log, _truth(run, log)), log)
 
 
 def start_pose(options: RunOptions) -> SE2:
@@ -97,43 +115,51 @@ def start_pose(options: RunOptions) -> SE2:
     return SE2(x, y, math.radians(yaw_deg))
 
 
-def _assemble(options: RunOptions) -> _Run:
-    settings = read_parameters(pipeline_settings(options.pipeline), options.params)
+def _assemble(options: RunOptions, settings: PipelineSettings, faults: Sequence[Fault] = ()) -> _Run:
     start, duration = start_pose(options), _duration(options)
-    robot = make_robot(options)
+    robot = befall(make_robot(options), tuple(faults), options.seed) if faults else make_robot(options)
     policy = make_policy(policy_name(options, robot), route(options, start))
     pipeline = settings.build(start)
-    folder = results_folder(options)
-    prepare(folder, config_of(options, settings))
     warm_up(settings)
-    return _Run(options, folder, robot, pipeline, policy, duration)
+    return _Run(options, results_folder(options), robot, pipeline, policy, duration)
 
 
 def _duration(options: RunOptions) -> float:
     if options.duration is None:
-        return SIMULATED if options.robot == "sim" else math.inf
+        return SIMULATED if is_twin(options) else math.inf
     if not (math.isfinite(options.duration) and options.duration > 0.0):
         raise UsageError(f"--duration {options.duration:g}: give a positive number of seconds")
     return options.duration
 
 
-def _drive(run: _Run, log: RunLog) -> bool:
-    """The run itself; returns whether it was interrupted."""
+def _drive(run: _Run, log: RunLog, stopped: Callable[[], bool]) -> None:
+    """The run itself."""
     with ExitStack() as stack:
-        stopped = stack.enter_context(interruptible())
         stack.enter_context(run.robot)
         recorder = stack.enter_context(Recorder(run.robot, run.folder, urdf(run.robot.spec))) if run.options.record else None
         progress = stack.enter_context(progress_bar(run.robot, run.duration))
         true_pose = live_truth(run.options, run.robot)
         Loop(run.robot, run.pipeline, run.policy, stopped, run.duration, recorder, true_pose, progress).run(log)
-    return stopped()
 
 
 def _write(run: _Run, log: RunLog) -> RunRecord:
     """Write the folder: first what cannot be had again, last what is drawn from it."""
-    truth = known_truth(run.options, run.robot, np.array(log.stamps))
+    truth = _truth(run, log)
+    record = _gathered(run, log, truth)
+    write_measurements(run.folder, record, truth)
+    record = _scored(record, log)
+    write_report(run.folder, record)
+    return record
+
+
+def _truth(run: _Run, log: RunLog) -> Truth | None:
+    return known_truth(run.options, run.robot, np.array(log.stamps))
+
+
+def _gathered(run: _Run, log: RunLog, truth: Truth | None) -> RunRecord:
+    """All that is known of the run but its metrics."""
     snapshot, lidar = run.pipeline.snapshot(), run.robot.spec.lidar
-    record = RunRecord(
+    return RunRecord(
         title=_title(run.options),
         estimate=_trajectory(log.stamps, log.poses),
         final=snapshot.trajectory,
@@ -146,14 +172,14 @@ def _write(run: _Run, log: RunLog) -> RunRecord:
         view=View(lidar.range_max, float(lidar.angles[0]), float(lidar.angles[-1])) if lidar else View(),
         T_base_laser=lidar.T_base_laser.to_se2() if lidar else SE2(),
     )
-    write_measurements(run.folder, record, truth)
-    record = dataclasses.replace(record, metrics=compute_metrics(record, Timing(np.array(log.updates), log.wall_time)))
-    write_report(run.folder, record)
-    return record
+
+
+def _scored(record: RunRecord, log: RunLog) -> RunRecord:
+    return dataclasses.replace(record, metrics=compute_metrics(record, Timing(np.array(log.updates), log.wall_time)))
 
 
 def _title(options: RunOptions) -> str:
-    return f"{options.pipeline} in {options.world if options.robot == 'sim' else Path(options.robot).name}"
+    return f"{options.pipeline} in {options.world if is_twin(options) else Path(options.robot).name}"
 
 
 def _trajectory(stamps: list[float], poses: list[SE2]) -> Trajectory:

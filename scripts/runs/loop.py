@@ -95,7 +95,7 @@ class Loop:
             tick = round(start + step * PERIOD, 9)
             if not clock.sleep_until(min(tick, end)):
                 break
-            step += clock.now() >= tick
+            step = max(step, math.floor((clock.now() - start) / PERIOD + 1e-6) + 1)
             snapshot = self._step(log, snapshot)
             log.wall_time = time.perf_counter() - began
             self.progress(clock.now() - start)

@@ -22,7 +22,8 @@ class RunOptions:
     """
 
     robot: Annotated[str, arg(metavar="BODY")] = "sim"
-    """`sim`, the simulated robot, or `replay:PATH` with a run folder, a rosbag2 (.mcap) of bricktwin, a CARMEN log or a CoreSLAM .dat."""
+    """`sim`, the simulated robot; `kinematic`, the same without PyBullet, on wheels that never slip; or `replay:PATH` with a run
+    folder, a rosbag2 (.mcap) of bricktwin, a CARMEN log or a CoreSLAM .dat."""
     world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
     """World of the simulation: NAME, NAME:option=value,... or a .toml file; `twin worlds` lists them."""
     pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
@@ -37,10 +38,14 @@ class RunOptions:
     """Length of the run [s], in the robot's time."""
     seed: Annotated[int, arg(metavar="N")] = 0
     """Seed of all noise in the simulation, 0 or above: the same seed gives the same run, bit for bit."""
-    realism: Literal["ideal", "datasheet"] = "datasheet"
-    """How imperfect the simulated robot is: not at all, or as its data sheets say."""
-    rays: Literal["embree", "bullet"] = "embree"
-    """Ray caster of the simulated lidar; bullet is the slow reference."""
+    realism: Annotated[str, arg(metavar="NAME")] = "datasheet"
+    """How imperfect the simulated robot is: `ideal` not at all, `datasheet` as its data sheets say, `harsh` twice as much; single
+    numbers as in datasheet:lidar.range_sigma=0.02,commands.drop=0.1, see docs/realism.md."""
+    rays: Literal["grid", "embree", "bullet"] = "grid"
+    """Ray caster of the simulated lidar: grid is fast and needs no Embree, embree is its reference; bullet, of `sim` only, is slow."""
+    camera: Literal["raster", "embree", "tiny", "egl", "none"] = "none"
+    """What draws the images of the simulated RealSense D435: raster is fast, embree its slow reference, tiny and egl, of `sim` only,
+    are PyBullet's own; none: it is off, which is faster: no pipeline looks at images yet."""
     spec: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what the recording says)")] = None
     """TOML file that describes the robot of a recording; see docs/recordings.md."""
     out: Annotated[Path | None, arg(metavar="FOLDER", help_behavior_hint="(default: runs/WORLD-PIPELINE, runs/RECORDING-PIPELINE)")] = None

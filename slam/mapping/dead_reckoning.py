@@ -23,7 +23,7 @@ JUMP, MAX_SPEED, MAX_YAW_RATE = 0.3, 3.0, 5.0
 SLOWEST = 10.0
 """The gyro waits so long for wheel odometry [s]."""
 SILENCE = 0.1
-"""Gap between gyro readings beyond which the wheels give the heading [s]."""
+"""Gap between gyro readings beyond which the wheels give the heading, and how long motion is taken to go on as it was [s]."""
 
 
 class DeadReckoning:
@@ -64,7 +64,9 @@ class DeadReckoning:
             self._gyro.popleft()
 
     def pose_at(self, t: float) -> SE2:
-        """T_odom_base at `t` [s]: between readings along the arc, held beyond the ends."""
+        """T_odom_base at `t` [s]: between readings along the arc, for a moment after them as they ended, held beyond."""
+        if t > self.newest > -np.inf:
+            return self._carried_on(min(t, self.newest + SILENCE))
         later = None
         for stamp, pose in reversed(self._history):
             if stamp <= t:
@@ -79,12 +81,22 @@ class DeadReckoning:
         samples = before + kept
         return Trajectory(np.array([stamp for stamp, _ in samples]), np.array([pose.as_array() for _, pose in samples]).reshape(-1, 3))
 
+    def _carried_on(self, t: float) -> SE2:
+        """The newest pose moved on to `t` [s] by the last step's twist, and turned by the gyro, which is heard more often."""
+        newest, pose = self._history[-1]
+        before, T_odom_before = self._history[-2] if len(self._history) > 1 else (-np.inf, pose)
+        if newest - before > SILENCE:
+            return pose
+        xi = (T_odom_before.inverse() @ pose).log() * ((t - newest) / (newest - before))
+        turn = self.gyro_turn(newest, t)
+        return pose @ SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
+
     def _step(self, reading: WheelOdometry) -> None:
         if self._wheels is None:
             self._history.append((reading.stamp, reading.T_odom_base))
         elif reading.stamp > self._wheels.stamp:
             delta = self._believable(self._wheels.T_odom_base.inverse() @ reading.T_odom_base, reading.stamp - self._wheels.stamp)
-            turn = self._gyro_turn(self._wheels.stamp, reading.stamp)
+            turn = self.gyro_turn(self._wheels.stamp, reading.stamp)
             self._learn_bias(delta, self._wheels.stamp, reading.stamp)
             if turn is not None:
                 xi = delta.log()
@@ -103,7 +115,7 @@ class DeadReckoning:
         self._jumped = True
         return SE2()
 
-    def _gyro_turn(self, start: float, end: float) -> float | None:
+    def gyro_turn(self, start: float, end: float) -> float | None:
         """Turn between two times [rad] by the trapezoid rule; None where the gyro does not cover them."""
         stamps = np.array([reading.stamp for reading in self._gyro])
         around = stamps[max(int(np.searchsorted(stamps, start)) - 1, 0) : int(np.searchsorted(stamps, end)) + 1]

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from slam.errors import require_not_negative, require_positive
+from slam.errors import MapTooLargeError, require_not_negative, require_positive
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.kernels import insertion
 from slam.matching.surface_field import SurfaceField
 from slam.se2 import SE2, FloatArray
+
+_log = logging.getLogger(__name__)
+
+FULL = "the map would be too large"
+"""Reason of an estimate whose scan had no room in the map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +54,8 @@ class GridMapper:
         self.field = SurfaceField(self.grid)
         self._touched = np.zeros(self.grid.log_odds.shape, np.uint8)
         self._frozen: OccupancyGrid | None = None
+        self.full = False
+        """The last scan had no room: with it the map would have been too large. It stays as it was."""
 
     def snapshot(self) -> OccupancyGrid:
         """A read-only copy of the map, made once per change."""
@@ -59,12 +67,15 @@ class GridMapper:
         """Insert hits `points` (M, 2) seen from `origins` (M, 2), both in base [m]."""
         if len(points) == 0:
             return
-        self._frozen = None
         T_map_points = T_map_base.transform(points)
-        if not self.settings.fixed_size:
-            self._make_room(T_map_points)
+        self.full = not self.settings.fixed_size and not self._make_room(T_map_points)
+        if not self.full:
+            self._frozen = None
+            self._insert(T_map_points, T_map_base.transform(origins))
+
+    def _insert(self, T_map_points: FloatArray, T_map_origins: FloatArray) -> None:
         corner = np.array([self.grid.geometry.T_map_grid.x, self.grid.geometry.T_map_grid.y])
-        ends, starts = T_map_points - corner, T_map_base.transform(origins) - corner
+        ends, starts = T_map_points - corner, T_map_origins - corner
         grid, s = self.grid, self.settings
         cells = (grid.log_odds, grid.hit_count, grid.hit_offset)
         field = (self.field.nearest, self.field.surfaces, s.resolution)
@@ -76,24 +87,31 @@ class GridMapper:
         around = self.field.with_neighbours(hits)
         self.field.update(grid, insertion.absorb(cells, field, around, s.merge, s.memory))
 
-    def _make_room(self, points: FloatArray) -> None:
-        """Grow the grid by at least a quarter where points fall outside."""
+    def _make_room(self, points: FloatArray) -> bool:
+        """Grow the grid by at least a quarter where points fall outside. False: it would be too large, and stays."""
         old = self.grid.geometry
         cells = old.to_cells(points)
         low, high = np.minimum(cells.min(axis=0), 0), np.maximum(cells.max(axis=0) + 1, (old.height, old.width))
         size = np.array([old.height, old.width])
         if (low == 0).all() and (high == size).all():
-            return
+            return True
         margin = np.maximum(size // 4, 40)
         low, high = low - margin * (low < 0), high + margin * (high > size)
         height, width = (int(n) for n in high - low)
         corner = SE2(old.T_map_grid.x + low[1] * old.resolution, old.T_map_grid.y + low[0] * old.resolution)
-        grid = OccupancyGrid.empty(GridGeometry(old.resolution, width, height, corner))
+        try:
+            geometry = GridGeometry(old.resolution, width, height, corner)
+        except MapTooLargeError as error:
+            if not self.full:
+                _log.warning("the map stays as it is: %s", error)
+            return False
+        grid = OccupancyGrid.empty(geometry)
         shift = (int(-low[0]), int(-low[1]))
         window: tuple[slice, ...] = tuple(slice(start, start + n) for start, n in zip(shift, self.grid.log_odds.shape, strict=True))
         _copy_into(grid, self.grid, window)
         self.grid, self._touched = grid, np.zeros(grid.log_odds.shape, np.uint8)
         self.field.grow(grid, shift)
+        return True
 
 
 def _copy_into(target: OccupancyGrid, source: OccupancyGrid, window: tuple[slice, ...]) -> None:

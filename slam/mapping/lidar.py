@@ -8,7 +8,7 @@ import numpy as np
 
 from slam.errors import require_not_negative
 from slam.mapping.dead_reckoning import DeadReckoning
-from slam.mapping.grid_mapper import GridMapper, MapSettings
+from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.scan_trajectory import ScanTrajectory
@@ -16,13 +16,15 @@ from slam.mapping.sensor_watch import SensorWatch
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
-from slam.messages import Estimate, LaserScan, SensorFrame, Status
-from slam.scans import PointScan, deskew
+from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
+from slam.scans import PointScan, Unveil, deskew
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
 
 DISTRUST = 1e4
 """Inflation of odometry's covariance when its guess fits nothing."""
+DROP, GAIN = 0.8, 0.1
+"""Inliers below DROP of what they were of late make a search worth while, whose answer must have this much more of them."""
 LOST_AFTER = 10
 """Unusable matches in a row after which the pose is lost."""
 
@@ -31,6 +33,7 @@ LOST_AFTER = 10
 class Lidar:
     """Lidar odometry against its own growing map."""
 
+    unveil: Unveil = field(default_factory=Unveil)
     map: MapSettings = field(default_factory=MapSettings)
     matcher: GaussNewton = field(default_factory=GaussNewton)
     search: Correlative = field(default_factory=Correlative)
@@ -62,6 +65,8 @@ class LidarPipeline:
         self._path = ScanTrajectory()
         self._last: tuple[float, SE2, SE2] | None = None  # stamp, T_odom_base and T_map_base of the last scan
         self._velocity = np.zeros(3)
+        self._steady = SE2()  # guess at constant velocity
+        self._typical = 1.0  # share of inliers of late
         self._T_map_odom = T_map_base
         self._covariance = np.zeros((3, 3))
         self._keyframe: SE2 | None = None
@@ -91,7 +96,7 @@ class LidarPipeline:
             self._last = (self._last[0], T_odom_base, self._last[2])
 
     def _register(self, scan: LaserScan) -> None:
-        cloud = deskew(scan, self._motion.window(scan.stamp))
+        cloud = deskew(self._settings.unveil.clean(scan), self._during(scan))
         T_odom_base = self._motion.pose_at(scan.stamp)
         guess, increment = self._predict(scan.stamp, T_odom_base)
         T_map_base = self._correct(cloud, guess, increment)
@@ -101,18 +106,31 @@ class LidarPipeline:
         self._last = (scan.stamp, T_odom_base, T_map_base)
         self._path.append(scan.stamp, T_map_base)
         if len(cloud.points) > 0 and self._settings.keyframes.passes(self._keyframe, T_map_base):
-            self._keyframe = T_map_base
             self._mapper.insert(T_map_base, cloud.points, cloud.origins)
+            self._keyframe = self._keyframe if self._mapper.full else T_map_base
 
     def _predict(self, stamp: float, T_odom_base: SE2) -> tuple[SE2, SE2]:
         """Guess `T_map_base` and the step since the last scan: by odometry, without it at constant velocity."""
         if self._last is None:
             return self._T_map_odom @ T_odom_base, SE2()
         last_stamp, T_odom_last, T_map_last = self._last
-        step = T_odom_last.inverse() @ T_odom_base
+        step, steady = T_odom_last.inverse() @ T_odom_base, self._carried_on(last_stamp, stamp)
+        self._steady = T_map_last @ steady
         if self._motion.newest <= last_stamp:
-            step = SE2.exp(self._velocity * (stamp - last_stamp))
+            step = steady
         return T_map_last @ step, step
+
+    def _during(self, scan: LaserScan) -> Trajectory:
+        """The robot's motion around a sweep: by odometry, without it as it went on from scan to scan."""
+        if self._last is None or self._motion.newest > self._last[0]:
+            return self._motion.window(scan.stamp)
+        end = self._carried_on(scan.stamp, scan.end)
+        return Trajectory(np.array([scan.stamp, scan.end]), np.array([np.zeros(3), end.as_array()]))
+
+    def _carried_on(self, start: float, end: float) -> SE2:
+        """The step between two times [s] at the last velocity, turned by the gyro where it speaks."""
+        xi, turn = self._velocity * (end - start), self._motion.gyro_turn(start, end)
+        return SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
 
     def _correct(self, cloud: PointScan, guess: SE2, increment: SE2) -> SE2:
         """Match the scan; keep the guess where the map says too little."""
@@ -122,8 +140,9 @@ class LidarPipeline:
         prior = s.noise.with_floor(increment) * self._inflation
         prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
         match = self._attempt(cloud, guess, prior, 3.0 * self._deviation > s.search_above)
-        if not self._usable(match):  # the guess may be worse than odometry says
-            match = self._attempt(cloud, guess, prior * DISTRUST, True)
+        if not self._usable(match) or match.inliers < DROP * self._typical:  # the guess may be worse than odometry says
+            match = self._second_thoughts(cloud, guess, prior * DISTRUST, match)
+        self._typical += 0.1 * (match.inliers - self._typical)
         self._match = match
         self._misses = 0 if self._usable(match) else self._misses + 1
         if self._misses:
@@ -138,6 +157,15 @@ class LidarPipeline:
         self._inflation = max(0.9 * self._inflation + 0.1 * float(surprise), 1.0)
         self._covariance = np.array(match.covariance)
         return match.T_target_source
+
+    def _second_thoughts(self, cloud: PointScan, guess: SE2, prior: FloatArray, first: Match) -> Match:
+        """The best of the first match and of searches around odometry's guess and the one at constant velocity."""
+        best = first
+        for centre in (guess, self._steady):
+            match = self._attempt(cloud, centre, prior, True)
+            if self._usable(match) and (not self._usable(best) or match.inliers > best.inliers + GAIN):
+                best = match
+        return best
 
     def _attempt(self, cloud: PointScan, guess: SE2, prior: FloatArray, search: bool) -> Match:
         """One match, from the guess or from the best pose of the window around it."""
@@ -158,6 +186,8 @@ class LidarPipeline:
         reason = self._watch.silent(frame)
         if self._match is not None and not self._usable(self._match):
             reason = "the scan does not match the map"
+        if self._mapper.full:
+            reason = FULL
         status = Status.LOST if self._misses >= LOST_AFTER else Status.DEGRADED if reason else Status.TRACKING
         health = self._match.inliers if self._match else 1.0
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, health, reason)

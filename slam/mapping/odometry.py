@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.mapping.dead_reckoning import DeadReckoning
-from slam.mapping.grid_mapper import GridMapper, MapSettings
+from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
 from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.scan_trajectory import ScanTrajectory
 from slam.mapping.sensor_watch import SensorWatch
 from slam.messages import Estimate, SensorFrame, Status
-from slam.scans import deskew
+from slam.scans import Unveil, deskew
 from slam.se2 import SE2
 from slam.snapshot import Snapshot
 
@@ -22,6 +22,7 @@ from slam.snapshot import Snapshot
 class Odometry:
     """Dead reckoning by wheels and gyro; scans are inserted where it says."""
 
+    unveil: Unveil = field(default_factory=Unveil)
     map: MapSettings = field(default_factory=MapSettings)
     noise: MotionNoise = field(default_factory=MotionNoise)
     keyframes: KeyframeGate = field(default_factory=KeyframeGate)
@@ -54,12 +55,12 @@ class OdometryPipeline:
             self._last = self._motion.pose_at(-np.inf)
             self._T_map_odom = self._start @ self._last.inverse()
         for scan in frame.scans:
-            cloud = deskew(scan, self._motion.window(scan.stamp))
+            cloud = deskew(self._settings.unveil.clean(scan), self._motion.window(scan.stamp))
             T_map_base = self._T_map_odom @ self._motion.pose_at(scan.stamp)
             self._path.append(scan.stamp, T_map_base)
             if len(cloud.points) > 0 and self._settings.keyframes.passes(self._keyframe, T_map_base):
-                self._keyframe = T_map_base
                 self._mapper.insert(T_map_base, cloud.points, cloud.origins)
+                self._keyframe = self._keyframe if self._mapper.full else T_map_base
         return self._estimate(frame)
 
     def snapshot(self) -> Snapshot:
@@ -72,6 +73,6 @@ class OdometryPipeline:
         increment = self._last.inverse() @ T_odom_base
         self._covariance = self._settings.noise.propagate(self._covariance, pose @ increment.inverse(), increment)
         self._last = T_odom_base
-        silent = self._watch.silent(frame)
-        status = Status.DEGRADED if silent else Status.TRACKING
-        return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), self._covariance, status, reason=silent)
+        reason = FULL if self._mapper.full else self._watch.silent(frame)
+        status = Status.DEGRADED if reason else Status.TRACKING
+        return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), self._covariance, status, reason=reason)

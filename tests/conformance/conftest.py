@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from hardware.faults import Faults
 from hardware.hal import Recorded, Robot
 from hardware.recorder import Recorder
 from hardware.registry import BACKENDS, backend_class
@@ -15,6 +16,9 @@ from slam.messages import SensorFrame, Twist
 FORWARD, LEFT = Twist(0.1, 0.0), Twist(0.0, 0.5)
 DURATION = 3.6
 """Two seconds forward, one and a half to the left."""
+
+
+ROBOTS = [*sorted(BACKENDS), "twin without faults", "recording without faults"]
 
 
 @dataclass(frozen=True)
@@ -49,21 +53,27 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def cases(recording: Path) -> dict[str, Case]:
-    sim, replay = backend_class("sim"), backend_class("replay")
+    sim, kinematic, replay = (backend_class(name) for name in ("sim", "kinematic", "replay"))
+    nowhere = recording / "no_such_file"
     return {
         "sim": Case(lambda: sim().build(), lambda: sim(world="no_such_world").build().open()),
-        "replay": Case(lambda: replay(path=recording).build(), lambda: replay(path=recording / "no_such_file").build().open()),
+        "kinematic": Case(lambda: kinematic().build(), lambda: kinematic(world="no_such_world").build().open()),
+        "replay": Case(lambda: replay(path=recording).build(), lambda: replay(path=nowhere).build().open()),
+        "twin without faults": Case(lambda: Faults(kinematic()).build(), lambda: Faults(kinematic(world="no_such_world")).build().open()),
+        "recording without faults": Case(
+            lambda: Faults(replay(path=recording)).build(), lambda: Faults(replay(path=nowhere)).build().open()
+        ),
     }
 
 
-@pytest.fixture(params=sorted(BACKENDS))
+@pytest.fixture(params=ROBOTS)
 def case(request: pytest.FixtureRequest, cases: dict[str, Case]) -> Case:
     if request.param not in cases:
         pytest.fail(f"the backend '{request.param}' has no factory in tests/conformance/conftest.py")
     return cases[request.param]
 
 
-@pytest.fixture(params=sorted(BACKENDS), scope="session")
+@pytest.fixture(params=ROBOTS, scope="session")
 def run(request: pytest.FixtureRequest, cases: dict[str, Case]) -> tuple[Robot, list[SensorFrame]]:
     """A robot after its script, closed, and all its frames."""
     with cases[request.param].make() as robot:

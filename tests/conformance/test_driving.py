@@ -26,18 +26,25 @@ def test_sleeping_into_the_past_changes_nothing(driven):
         assert robot.clock.now() == 0.5
 
 
+STEP_V, STEP_OMEGA = 0.0025, 0.042
+"""Half a percent of an EV3 motor's full speed, on both wheels: a body may round what it is told by this much [m/s, rad/s]."""
+
+
 def test_a_command_beyond_the_limits_is_clipped_and_reported(driven):
     with driven as robot:
         drive = robot.spec.drive
         commanded = robot.drive(Twist(10.0, 0.0))
-        assert commanded == drive.limit(Twist(10.0, 0.0))
+        assert commanded.v == pytest.approx(drive.limit(Twist(10.0, 0.0)).v, abs=2.0 * STEP_V)
         assert 0.0 < commanded.v <= drive.max_speed
         assert robot.drive(Twist(0.0, -50.0)).omega >= -drive.max_yaw_rate
 
 
-def test_a_command_within_the_limits_is_kept(driven):
+def test_a_command_within_the_limits_is_kept_but_for_rounding(driven):
     with driven as robot:
-        assert robot.drive(Twist(0.1, 0.2)) == Twist(0.1, 0.2)
+        commanded = robot.drive(Twist(0.1, 0.2))
+        assert commanded.v == pytest.approx(0.1, abs=STEP_V)
+        assert commanded.omega == pytest.approx(0.2, abs=STEP_OMEGA)
+        assert robot.drive(commanded) == commanded
 
 
 @pytest.mark.parametrize("broken", [Twist(math.nan, 0.0), Twist(0.1, math.inf)])
@@ -76,9 +83,9 @@ def test_fresh_commands_keep_the_watchdog_away(driven):
 def test_the_watchdogs_stop_is_a_command_too(driven):
     commands = driven.queues["commands"].subscribe()
     with driven as robot:
-        robot.drive(Twist(0.1, 0.0))
+        commanded = robot.drive(Twist(0.1, 0.0))
         robot.clock.sleep_until(1.0)
-    assert [command.twist for command in commands.take()] == [Twist(0.1, 0.0), Twist()]
+    assert [command.twist for command in commands.take()] == [commanded, Twist()]
 
 
 def test_a_reset_body_is_at_its_start_again(case):
@@ -103,4 +110,5 @@ def test_a_recording_is_not_driven(case):
     with robot:
         while robot.clock.now() < 1.0:
             robot.clock.sleep_until(1.0)
-        assert robot.drive(Twist(0.3, 0.3)) == Twist(0.1, 0.0)
+        recorded = robot.drive(Twist(0.3, 0.3))
+        assert (recorded.v, recorded.omega) == pytest.approx((0.1, 0.0), abs=STEP_V)

@@ -86,7 +86,7 @@ def test_nothing_is_delivered_twice(case):
 def test_forward_is_along_x_in_metres(run):
     odometry = gathered(run[1], "odometry")
     before_turn = [reading for reading in odometry if reading.stamp - odometry[0].stamp <= 2.0][-1]
-    assert before_turn.T_odom_base.x == pytest.approx(0.2, abs=0.02)
+    assert before_turn.T_odom_base.x == pytest.approx(0.2, abs=0.03)  # less what latency and the start take
     assert before_turn.T_odom_base.y == pytest.approx(0.0, abs=0.01)
 
 

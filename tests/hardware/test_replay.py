@@ -62,6 +62,11 @@ def test_after_the_last_reading_there_is_no_more(make_body):
         assert body.clock.now() == 1.0
 
 
+def test_a_long_silence_is_jumped_over(make_body):
+    body = make_body([odometry(0.0), odometry(9.0), odometry(1000.0)])
+    assert [frame[0] for frame in read_all(body, 4.0)] == [0.0, 4.0, 8.0, 9.0, 1000.0]
+
+
 def test_time_never_runs_back(make_body):
     with make_body([odometry(1.0), odometry(2.0), odometry(3.0)]) as body:
         body.clock.sleep_until(2.0)

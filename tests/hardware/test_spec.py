@@ -89,9 +89,9 @@ def test_the_default_lidar_is_the_urg() -> None:
 
 
 def test_a_robot_names_the_sensors_that_it_has() -> None:
-    assert RobotSpec().available == {"odometry", "scans", "imu"}
-    assert RobotSpec(imu=None).available == {"odometry", "scans"}
-    assert RobotSpec(drive=None, lidar=None, imu=None).available == set()
+    assert RobotSpec().available == {"odometry", "scans", "imu", "images"}
+    assert RobotSpec(imu=None, camera=None).available == {"odometry", "scans"}
+    assert RobotSpec(drive=None, lidar=None, imu=None, camera=None).available == set()
 
 
 def test_a_camera_that_looks_ahead_has_its_axis_along_x_and_its_right_along_minus_y() -> None:

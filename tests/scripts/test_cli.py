@@ -57,7 +57,7 @@ def test_a_slip_in_a_verb_is_answered_with_the_nearest_one(capsys):
         (["run", "--robot"], "--robot needs a value"),
         (["run", "--seed", "x"], "--seed must be an integer, not 'x'"),
         (["run", "--duration", "ten"], "--duration must be a number, not 'ten'"),
-        (["run", "--rays", "laser"], "--rays cannot be 'laser'; available: 'embree', 'bullet'"),
+        (["run", "--rays", "laser"], "--rays cannot be 'laser'; available: 'grid', 'embree', 'bullet'"),
         (["run", "--start", "1", "2"], "--start cannot be ['1', '2']; write --start X Y YAW"),
         (["run", "--record", "yes"], "not understood: yes"),
         (["run", "stray"], "not understood: stray"),

@@ -95,6 +95,15 @@ def test_another_world_with_other_devices_runs(rays, tmp_path):
     assert metrics["position_rmse_m"] < 0.01
 
 
+def test_the_kinematic_twin_runs_with_the_same_options_and_truth(tmp_path):
+    options = ("--world", "corridor", "--rays", "grid", "--realism", "ideal", "--duration", "2", "--seed", "5", "--record")
+    metrics = run(tmp_path / "live", "--robot", "kinematic", *options)
+    assert metrics["position_rmse_m"] < 0.01
+    assert {path.name for path in (tmp_path / "live").iterdir()} == {*RESULTS, "config.toml", "recording.mcap", "metadata.yaml"}
+    again = run(tmp_path / "replayed", "--robot", f"replay:{tmp_path / 'live'}")
+    assert again["wall_rms_m"] == pytest.approx(metrics["wall_rms_m"], rel=0.2)
+
+
 def test_a_robot_that_stands_still_is_estimated_to_stand_still(tmp_path):
     run(tmp_path, "--policy", "none", "--duration", "1")
     assert abs(read_trajectory(tmp_path / "trajectory_final.tum").poses).max() < 0.01

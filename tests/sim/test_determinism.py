@@ -1,60 +1,39 @@
-import subprocess
-import sys
 from pathlib import Path
 
+import pytest
+
+from scripts.bench.twin import ALL_SENSORS, WITHOUT, digests, fresh_digests, twin, unmoved
 from sim.robot import Sim
-from slam.messages import Twist
 
-PROGRAM = """
-import hashlib, sys
-from sim.robot import Sim
-from slam.messages import Twist
-
-digest = hashlib.sha256()
-with Sim(seed=int(sys.argv[1])).build() as robot:
-    for k in range(40):
-        robot.clock.sleep_until(0.05 * k)
-        frame = robot.read()
-        digest.update(repr((frame.stamp, frame.odometry, frame.imu)).encode())
-        for scan in frame.scans:
-            digest.update(scan.ranges.tobytes())
-        robot.drive(Twist(0.25, 1.0 if k % 20 < 10 else -1.0))
-print(digest.hexdigest())
-"""
+DURATION = 1.5
 
 
-def fresh_process(seed: int) -> str:
-    command = [sys.executable, "-c", PROGRAM, str(seed)]
-    root = Path(__file__).parents[2]
-    return subprocess.run(command, capture_output=True, text=True, check=True, cwd=root).stdout.splitlines()[-1]
+@pytest.fixture(scope="module")
+def first():
+    """SHA-256 of all sensors' readings on a drive, of one that follows other noise, and of one that follows a reset."""
+    with twin(Sim, ALL_SENSORS, 7) as robot:
+        found = [digests(robot, DURATION)]
+        for seed in (8, 7):
+            robot.reset(seed)
+            found.append(digests(robot, DURATION))
+    return found
 
 
-def readings(robot, duration=1.0):
-    result, t = [], 0.0
-    while t < duration:
-        robot.clock.sleep_until(t)
-        frame = robot.read()
-        result.append((frame.odometry, frame.imu, [scan.ranges.tobytes() for scan in frame.scans]))
-        robot.drive(Twist(0.2, 0.7))
-        t += 0.1
-    return result
+def test_a_fresh_process_gives_the_same_bits(first):
+    assert fresh_digests(7, DURATION) == first[0]
 
 
-def test_the_same_seed_gives_the_same_bits_in_fresh_processes():
-    first, second, other = fresh_process(7), fresh_process(7), fresh_process(8)
-    assert first == second
-    assert first != other
+def test_a_reset_gives_the_same_bits(first):
+    assert first[2] == first[0]
 
 
-def test_a_reset_gives_the_same_bits_as_a_fresh_robot():
-    with Sim(seed=5).build() as robot:
-        fresh = readings(robot)
-        robot.reset(6)
-        other = readings(robot)
-        robot.reset(5)
-        again = readings(robot)
-    assert again == fresh
-    assert other != fresh
+def test_another_seed_gives_other_readings_of_every_sensor(first):
+    assert all(first[1][sensor] != first[0][sensor] for sensor in first[0])
+
+
+@pytest.mark.parametrize("sensor", WITHOUT)
+def test_without_one_sensor_the_others_read_the_same_bits(sensor):
+    assert unmoved(sensor, 7, DURATION)
 
 
 def test_resets_leave_no_memory_behind():

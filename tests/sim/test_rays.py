@@ -4,7 +4,8 @@ import pytest
 from scripts.bench.parity import flat_parity, round_parity
 from sim import bodies
 from sim.bullet import pybullet
-from sim.rays import BULLET_BATCH, BulletRays, EmbreeRays
+from sim.bullet_rays import BULLET_BATCH, BulletRays
+from sim.rays import EmbreeRays
 from sim.scene import static_triangles
 from worlds.loader import load_world, world_names
 from worlds.parts import Box, Cylinder

@@ -200,6 +200,43 @@ def test_scans_that_cannot_be_matched_degrade_the_lidar_pipeline(frames: Frames)
     assert estimates[-1].status == Status.TRACKING
 
 
+@pytest.mark.parametrize("since", [0.0, 1.0])
+def test_odometry_that_stands_still_on_a_robot_that_does_not_is_overruled(frames: Frames, since: float) -> None:
+    """Without a gyro: nothing but the scans says that the robot moves."""
+    stuck = [tuple(WheelOdometry(o.stamp, odometry(min(o.stamp, since)).T_odom_base) for o in frame.odometry) for frame in frames]
+    damaged = without("imu", tuple(dataclasses.replace(frame, odometry=o) for frame, o in zip(frames, stuck, strict=True)))
+    off = truth(frames[-1].stamp).inverse() @ run("lidar", damaged)[0][-1].T_map_base
+    assert math.hypot(off.x, off.y) < 0.05
+    assert abs(off.yaw) < 0.05
+
+
+def test_a_map_that_would_be_too_large_stays_as_it_was(name: str, frames: Frames) -> None:
+    far = tuple(
+        dataclasses.replace(scan, ranges=np.where(np.arange(341) < 9, 9e4, scan.ranges), range_max=1e5) for scan in frames[10].scans
+    )
+    estimates, pipeline = run(name, (*frames[:10], dataclasses.replace(frames[10], scans=far)))
+    assert estimates[-1].status == Status.DEGRADED
+    assert estimates[-1].reason == "the map would be too large"
+    assert pipeline.snapshot().map.geometry == run(name, frames[:10])[1].snapshot().map.geometry
+    assert pipeline.update(frames[11]).status == Status.TRACKING
+
+
+def test_without_odometry_the_gyro_turns_the_guess_and_straightens_the_sweep(room: Any) -> None:
+    """A robot that turns at once and quickly: constant velocity has nothing to go by."""
+    rng, made = np.random.default_rng(5), list[SensorFrame]()
+    turned = [START @ SE2(0.0, 0.0, 1.5 * max(t - 1.0, 0.0)) for t in 0.1 * np.arange(25)]
+    for k, pose in enumerate(turned):
+        beams = [(pose @ SE2(0.0, 0.0, (1.5 if k >= 10 else 0.0) * 2e-4 * i) @ MOUNT.to_se2(), ANGLES[i]) for i in range(341)]
+        ranges = np.array([room.ranges(T, np.array([angle]))[0] for T, angle in beams]) + rng.normal(0.0, 0.005, 341)
+        swept = LaserScan(0.1 * k, ranges, ANGLES, 2e-4, 0.02, 5.6, MOUNT)
+        imu = tuple(Imu(0.1 * k + 0.02 * i, 1.5 if k >= 10 else 0.0) for i in range(5))
+        made.append(SensorFrame(0.1 * k + 0.08, (), imu, (swept,), ALL - {"odometry"}))
+    trajectory = run("lidar", tuple(made))[1].snapshot().trajectory
+    offs = [pose.inverse() @ SE2.from_array(found) for pose, found in zip(turned, trajectory.poses, strict=True)]
+    assert max(abs(off.yaw) for off in offs) < 0.01
+    assert max(math.hypot(off.x, off.y) for off in offs) < 0.02
+
+
 def test_without_odometry_the_lidar_carries_on_alone(frames: Frames) -> None:
     last = run("lidar", DAMAGE["only lidar"](frames))[0][-1]
     off = truth(frames[-1].stamp).inverse() @ last.T_map_base

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.messages import LaserScan, Trajectory
-from slam.scans import deskew
+from slam.scans import Unveil, deskew
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
 
@@ -132,3 +132,51 @@ def test_every_beam_uses_the_pose_at_its_own_time(v: float, omega: float, beam: 
     point = deskew(LaserScan(0.0, ranges, ANGLES, INCREMENT, 0.02, 5.6), moving(v, omega)).points
     direction = np.array([[math.cos(ANGLES[beam]), math.sin(ANGLES[beam])]])
     np.testing.assert_allclose(point, pose(beam * INCREMENT, v, omega).transform(direction), atol=1e-4)
+
+
+URG, SICK = (ANGLES, 5.6), (np.radians(np.arange(180) - 90.0), 50.0)
+
+
+def sweep(walls: list[float], angles: FloatArray = ANGLES, range_max: float = 5.6) -> LaserScan:
+    return LaserScan(0.0, np.array(walls), angles[: len(walls)], 0.0, 0.02, range_max)
+
+
+def taken_out(scan: LaserScan) -> list[int]:
+    return np.flatnonzero(np.isfinite(scan.ranges) & np.isnan(Unveil().clean(scan).ranges)).tolist()
+
+
+@pytest.mark.parametrize("between", [[1.4], [2.2], [1.4, 2.2], [math.nan, 1.5], [1.5, math.nan]])
+def test_points_between_two_surfaces_are_taken_out(between: list[float]) -> None:
+    ranges = [1.0] * 5 + between + [3.0] * 5
+    hanging = [5 + i for i, r in enumerate(between) if math.isfinite(r)]
+    assert taken_out(sweep(ranges)) == hanging
+    assert taken_out(sweep(ranges[::-1])) == [len(ranges) - 1 - i for i in hanging[::-1]]
+
+
+def test_a_point_behind_an_edge_with_nothing_beyond_is_taken_out() -> None:
+    assert taken_out(sweep([1.0] * 5 + [1.5] + [math.inf] * 5)) == [5]
+
+
+@pytest.mark.parametrize("ranges", [[3.0] * 5 + [1.0] + [3.0] * 5, [1.0] * 5 + [3.0, 3.0] + [1.0] * 5, [1.0] * 5 + [3.0] * 5])
+def test_posts_gaps_and_edges_stay(ranges: list[float]) -> None:
+    assert taken_out(sweep(ranges)) == []
+
+
+@pytest.mark.parametrize(("angles", "range_max"), [URG, SICK], ids=["urg", "sick"])
+@pytest.mark.parametrize("distance", [0.3, 1.0, 3.0])
+def test_of_a_wall_met_at_any_angle_at_most_one_point_goes(angles: FloatArray, range_max: float, distance: float) -> None:
+    beside = (angles > 0.01) & (angles < 1.6)
+    ranges = np.where(beside, distance / np.sin(np.where(beside, angles, 1.0)), math.inf)
+    assert len(taken_out(sweep(ranges.tolist(), angles, range_max))) <= 1
+
+
+def test_noise_takes_next_to_nothing_out() -> None:
+    rng, taken = np.random.default_rng(0), 0
+    for distance in (0.3, 1.0, 4.0):
+        taken += sum(len(taken_out(sweep((distance + max(0.01, 0.01 * distance) * rng.normal(size=682)).tolist()))) for _ in range(20))
+    assert taken < 0.001 * 60 * 682
+
+
+def test_the_filter_can_be_switched_off() -> None:
+    scan = sweep([1.0] * 5 + [1.4] + [3.0] * 5)
+    assert Unveil(sigmas=0.0).clean(scan) is scan

@@ -11,7 +11,7 @@ from worlds.loader import load_world, world_names
 def test_a_preview_shows_every_solid_and_every_marker(name):
     world = load_world(name)
     axes = draw_world(world).axes[0]
-    assert len(axes.patches) == len(world.solids) + 1  # the robot
+    assert len(axes.patches) == len(world.solids) + len(world.doors) + 1  # the robot
     assert {text.get_text() for text in axes.texts if text.get_text()} == {str(marker.id) for marker in world.markers}
 
 
@@ -38,7 +38,7 @@ def test_an_unwritable_folder_is_one_clear_error(tmp_path):
 
 
 def test_an_unknown_picture_format_lists_the_known():
-    with pytest.raises(WorldFileError, match=r"must end in \.png, \.svg or \.pdf"):
+    with pytest.raises(WorldFileError, match=r"must end in \.png, \.svg, \.pdf"):
         main(["preview", "corridor", "--out", "x.bmp"])
 
 

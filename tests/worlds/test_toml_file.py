@@ -3,7 +3,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worlds.errors import WorldFileError
-from worlds.parts import Box, Cylinder, Marker, Wall
+from worlds.living import Door, Light, Person
+from worlds.parts import Box, Cylinder, Marker, Poster, Wall
 from worlds.toml_file import dump_world, parse_world, read_world
 from worlds.world import World
 
@@ -68,6 +69,19 @@ def complaint(text):
             "    [1, 0],\n    [1, 3],",
             "room.toml line 6: tour[2] = [1.0, 3.0]: needs 0.13 m of free space on the way from [1.0, 0.0]",
         ),
+        ("[5, 0]", "[5, 0]\nmaterial = 'wood'", "room.toml line 18: box[1].material = 'wood': must be one of matte, dark, glossy, glass"),
+        (
+            "[[wall]]",
+            "[light]\nlevels = [[0, 1], [5, -1]]\n\n[[wall]]",
+            "room.toml line 9: light.levels[1][1] = -1: must be a number >= 0.0",
+        ),
+        ("[[wall]]", "[light]\nlevels = [[5, 1], [5, 2]]\n\n[[wall]]", "room.toml line 9: light.levels = [(5.0, 1.0), (5.0, 2.0)]: times"),
+        ("[[wall]]", "[[person]]\npath = []\n\n[[wall]]", "room.toml line 9: person[0].path = []: must be a list of length >= 1"),
+        (
+            "[[wall]]",
+            "[[person]]\npath = [[0, 0], [0, 1.9]]\n\n[[wall]]",
+            "room.toml line 9: person[0].path[1] = [0.0, 1.9]: needs 0.2 m of free space on the way from [0.0, 0.0], has 0.050 m",
+        ),
         ("start = [0, 0, 0.0]", "start = [0, 2, 0.0]", "room.toml line 2: start = [0.0, 2.0]: needs 0.13 m of free space, has 0.000 m"),
     ],
 )
@@ -116,7 +130,13 @@ def worlds(draw):
     cylinders = st.builds(Cylinder, points, st.floats(1e-3, 5.0), lengths, lengths, lengths, texts)
     ids = draw(st.lists(st.integers(0, 249), unique=True, max_size=4))
     markers = [draw(st.builds(Marker, st.just(i), st.tuples(coordinates, coordinates, lengths), angles, lengths)) for i in ids]
+    posters = st.builds(Poster, st.tuples(coordinates, coordinates, lengths), angles, st.tuples(lengths, lengths), st.integers(0, 99))
+    states = st.sampled_from(["closed", "open", "ajar", "swinging"])
+    doors = st.builds(Door, points, angles, st.floats(0.5, 2.0), state=states, delay=st.floats(0.0, 99.0), period=st.floats(6.0, 99.0))
     free = st.tuples(st.floats(-900.0, -300.0), st.floats(-900.0, -300.0))
+    paths = st.lists(free, min_size=1, max_size=3).map(tuple)
+    people = st.builds(Person, paths, st.floats(0.1, 3.0), st.lists(st.floats(0.0, 9.0), max_size=3).map(tuple), seed=st.integers(0, 99))
+    times = draw(st.lists(st.floats(0.0, 600.0), unique=True, max_size=3).map(sorted))
     return World(
         name=draw(texts),
         walls=tuple(draw(st.lists(walls, min_size=1, max_size=3))),
@@ -126,6 +146,11 @@ def worlds(draw):
         boxes=tuple(draw(st.lists(boxes, max_size=3))),
         cylinders=tuple(draw(st.lists(cylinders, max_size=3))),
         markers=tuple(markers),
+        posters=tuple(draw(st.lists(posters, max_size=2))),
+        doors=tuple(draw(st.lists(doors, max_size=2))),
+        people=tuple(draw(st.lists(people, max_size=2))),
+        light=Light(draw(st.floats(0.0, 4.0)), levels=tuple((time, draw(st.floats(0.0, 4.0))) for time in times)),
+        floor=draw(st.sampled_from(["plain", "tiles"])),
     )
 
 

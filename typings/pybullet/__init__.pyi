@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 
-from numpy import floating
+from numpy import floating, integer, uint8
 from numpy.typing import NDArray
 
 Vector = Sequence[float]
@@ -9,7 +9,10 @@ Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 DIRECT: int
 GEOM_BOX: int
 GEOM_CYLINDER: int
+GEOM_MESH: int
 GEOM_PLANE: int
+ER_BULLET_HARDWARE_OPENGL: int
+ER_TINY_RENDERER: int
 URDF_IGNORE_VISUAL_SHAPES: int
 URDF_USE_INERTIA_FROM_FILE: int
 VELOCITY_CONTROL: int
@@ -29,11 +32,13 @@ def createCollisionShape(
     radius: float = ...,
     halfExtents: Vector = ...,
     height: float = ...,
+    vertices: Sequence[Vector] = ...,
     physicsClientId: int = ...,
 ) -> int: ...
 def createMultiBody(
     baseMass: float = ...,
     baseCollisionShapeIndex: int = ...,
+    baseVisualShapeIndex: int = ...,
     basePosition: Vector = ...,
     baseOrientation: Vector = ...,
     useMaximalCoordinates: int = ...,
@@ -72,6 +77,7 @@ def setJointMotorControlArray(
     forces: Vector = ...,
     physicsClientId: int = ...,
 ) -> None: ...
+def resetBasePositionAndOrientation(bodyUniqueId: int, posObj: Vector, ornObj: Vector, physicsClientId: int = ...) -> None: ...
 def getBasePositionAndOrientation(bodyUniqueId: int, physicsClientId: int = ...) -> Pose: ...
 def rayTestBatch(
     rayFromPositions: NDArray[floating] | Sequence[Vector],
@@ -80,3 +86,20 @@ def rayTestBatch(
     collisionFilterMask: int = ...,
     physicsClientId: int = ...,
 ) -> tuple[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]], ...]: ...
+def createVisualShape(shapeType: int, fileName: str = ..., rgbaColor: Vector = ..., physicsClientId: int = ...) -> int: ...
+def changeVisualShape(objectUniqueId: int, linkIndex: int, textureUniqueId: int = ..., physicsClientId: int = ...) -> None: ...
+def loadTexture(textureFilename: str, physicsClientId: int = ...) -> int: ...
+def loadPlugin(pluginPath: str, postFix: str = ..., physicsClientId: int = ...) -> int: ...
+def getCameraImage(
+    width: int,
+    height: int,
+    viewMatrix: Vector = ...,
+    projectionMatrix: Vector = ...,
+    lightDirection: Vector = ...,
+    lightAmbientCoeff: float = ...,
+    lightDiffuseCoeff: float = ...,
+    lightSpecularCoeff: float = ...,
+    shadow: int = ...,
+    renderer: int = ...,
+    physicsClientId: int = ...,
+) -> tuple[int, int, NDArray[uint8], NDArray[floating], NDArray[integer]]: ...

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from slam.mapping.dead_reckoning import HISTORY, STANDSTILL, DeadReckoning
+from slam.mapping.dead_reckoning import HISTORY, SILENCE, STANDSTILL, DeadReckoning
 from slam.messages import Imu, WheelOdometry
 from slam.se2 import SE2
 
@@ -107,11 +107,29 @@ def test_between_readings_the_pose_lies_on_the_arc() -> None:
     assert_pose(motion.pose_at(0.507), SE2.exp(np.array([0.2, 0.0, 2.0]) * 0.507))
 
 
-@pytest.mark.parametrize(("t", "held"), [(-5.0, 0.0), (-math.inf, 0.0), (7.0, 1.0)])
+@pytest.mark.parametrize(("t", "held"), [(-5.0, 0.0), (-math.inf, 0.0), (7.0, 1.0 + SILENCE)])
 def test_beyond_the_readings_the_pose_is_held(t: float, held: float) -> None:
     motion = DeadReckoning()
     motion.add(wheels(0.2, 0.5, 0.0, 1.0), [])
     assert_pose(motion.pose_at(t), SE2.exp(np.array([0.2, 0.0, 0.5]) * held))
+
+
+def test_for_a_moment_after_the_newest_reading_the_motion_goes_on() -> None:
+    motion = DeadReckoning()
+    motion.add(wheels(0.2, 0.5, 0.0, 1.0), [])
+    assert_pose(motion.pose_at(1.03), SE2.exp(np.array([0.2, 0.0, 0.5]) * 1.03))
+
+
+def test_the_gyro_turns_the_pose_before_the_next_wheel_reading_comes() -> None:
+    motion = DeadReckoning()
+    motion.add(wheels(0.2, 0.5, 0.0, 1.0), [*gyro(0.5, 0.0, 1.0), Imu(1.01, 0.9), Imu(1.02, 0.9)])
+    assert motion.pose_at(1.02).yaw == pytest.approx(0.5 + 0.01 * 0.7 + 0.01 * 0.9, abs=1e-6)
+
+
+def test_slow_odometry_is_held() -> None:
+    motion = DeadReckoning()
+    motion.add([WheelOdometry(0.0, SE2()), WheelOdometry(1.0, SE2(0.5))], [])
+    assert motion.pose_at(1.05) == SE2(0.5)
 
 
 def test_the_motion_of_a_reading_that_is_not_newer_is_part_of_the_next() -> None:
