@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 
 Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
 """Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
@@ -143,6 +143,8 @@ def _accumulate(
             nx, ny = flat[index + NORMAL_X], flat[index + NORMAL_Y]
             d = nx * dx + ny * dy
             found += d * d < k2
+            if flat[index + FLATNESS] == ONE_SIDED and nx * rx + ny * ry > 0.0:
+                continue  # the other face of this wall
             w = k2 / (k2 + d * d)
             w *= w  # Geman-McClure
             turn = ny * rx - nx * ry

@@ -6,16 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 
 HIT, MISS = 1, 2
+
+Cells = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+"""Log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2) [m], mean unit vector towards the viewer (H, W, 2)."""
 
 
 @njit
 def insert_hits(
+    origins: NDArray[np.float64],
     points: NDArray[np.float64],
     field: tuple[NDArray[np.int32], NDArray[np.float32], float],
-    cells: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+    cells: Cells,
     touched: NDArray[np.uint8],
     update: tuple[float, float, float, float],
 ) -> NDArray[np.int64]:
@@ -25,19 +29,24 @@ def insert_hits(
     out on both sides of a wall, instead of filling the cells before and behind it.
 
     Args:
-        points: (M, 2) [m] in the grid's frame.
+        origins: (M, 2) [m] where each ray starts, in the grid's frame.
+        points: (M, 2) [m] where it ends.
         field: nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m].
-        cells: log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2) [m]; written.
+        cells: written.
         touched: (H, W) HIT where this scan hit; written, to be cleared by `clear`.
         update: log-odds of a hit, their limit, largest count (older hits fade beyond it), how near a line is near [m].
     """
-    log_odds, count, offset = cells
+    log_odds, count, offset, facing = cells
     resolution = field[2]
     height, width = log_odds.shape
     hits = np.empty(len(points), np.int64)
     n = 0
     for i in range(len(points)):
-        x, y = _foot(points[i, 0], points[i, 1], field, update[3])
+        vx, vy = origins[i, 0] - points[i, 0], origins[i, 1] - points[i, 1]
+        length = np.sqrt(vx * vx + vy * vy)
+        if length > 0.0:
+            vx, vy = vx / length, vy / length
+        x, y = _foot((points[i, 0], points[i, 1]), (vx, vy), field, update[3])
         col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
         if not (0 <= row < height and 0 <= col < width):
             continue
@@ -45,6 +54,8 @@ def insert_hits(
         gain = 1.0 / count[row, col]
         offset[row, col, 0] += gain * (points[i, 0] - (col + 0.5) * resolution - offset[row, col, 0])
         offset[row, col, 1] += gain * (points[i, 1] - (row + 0.5) * resolution - offset[row, col, 1])
+        facing[row, col, 0] += gain * (vx - facing[row, col, 0])
+        facing[row, col, 1] += gain * (vy - facing[row, col, 1])
         if touched[row, col] != HIT:
             touched[row, col] = HIT
             log_odds[row, col] = min(log_odds[row, col] + update[0], update[1])
@@ -54,15 +65,25 @@ def insert_hits(
 
 
 @njit
-def _foot(x: float, y: float, field: tuple[NDArray[np.int32], NDArray[np.float32], float], near: float) -> tuple[float, float]:
-    """The point's foot on the nearest line when that is nearer than `near` [m], else the point."""
+def _foot(
+    point: tuple[float, float], view: tuple[float, float], field: tuple[NDArray[np.int32], NDArray[np.float32], float], near: float
+) -> tuple[float, float]:
+    """The point's foot on the nearest line, seen from its side, when that is nearer than `near` [m], else the point."""
     nearest, surfaces, resolution = field
     height, width = nearest.shape
+    x, y = point
     col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
     if not (0 <= row < height and 0 <= col < width) or nearest[row, col] < 0:
         return x, y
     surface = surfaces[nearest[row, col] // width, nearest[row, col] % width]
-    if surface[FLATNESS] == 0.0 or (x - surface[X]) ** 2 + (y - surface[Y]) ** 2 > (2.0 * near) ** 2:
+    if surface[FLATNESS] == 0.0:
+        return x, y
+    if _behind(surface, view):
+        at = _face(point, view, field, near)
+        if at < 0:
+            return x, y
+        surface = surfaces[at // width, at % width]
+    if (x - surface[X]) ** 2 + (y - surface[Y]) ** 2 > (2.0 * near) ** 2:
         return x, y
     d = surface[NORMAL_X] * (x - surface[X]) + surface[NORMAL_Y] * (y - surface[Y])
     if abs(d) > near:
@@ -71,8 +92,35 @@ def _foot(x: float, y: float, field: tuple[NDArray[np.int32], NDArray[np.float32
 
 
 @njit
+def _behind(surface: NDArray[np.float32], view: tuple[float, float]) -> bool:
+    """Whether a viewer in this direction is on the unseen side of the line."""
+    return surface[FLATNESS] == ONE_SIDED and surface[NORMAL_X] * view[0] + surface[NORMAL_Y] * view[1] < 0.0
+
+
+@njit
+def _face(
+    point: tuple[float, float], view: tuple[float, float], field: tuple[NDArray[np.int32], NDArray[np.float32], float], near: float
+) -> int:
+    """Flat cell of the nearest line seen from the viewer's side, of those in the cells within `near` [m]; -1 for none."""
+    nearest, surfaces, resolution = field
+    height, width = nearest.shape
+    x, y = point
+    col, row, reach = int(np.floor(x / resolution)), int(np.floor(y / resolution)), int(np.ceil(near / resolution - 1e-9))
+    best, least = -1, near
+    for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+        for c in range(max(col - reach, 0), min(col + reach + 1, width)):
+            surface = surfaces[r, c]
+            if nearest[r, c] != r * width + c or surface[FLATNESS] != ONE_SIDED or _behind(surface, view):
+                continue
+            d = abs(surface[NORMAL_X] * (x - surface[X]) + surface[NORMAL_Y] * (y - surface[Y]))
+            if d < least:
+                best, least = r * width + c, d
+    return best
+
+
+@njit
 def absorb(
-    cells: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+    cells: Cells,
     field: tuple[NDArray[np.int32], NDArray[np.float32], float],
     hits: NDArray[np.int64],
     near: float,
@@ -83,13 +131,13 @@ def absorb(
     Before a wall was known as a line its noise filled the cells behind it, where no ray ever passes to clear them.
 
     Args:
-        cells: log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2) [m]; written.
+        cells: written.
         field: as in `insert_hits`.
         hits: flat cells to look at.
         near: how near a line is near [m].
         limit: largest count.
     """
-    log_odds, count, offset = cells
+    log_odds, count, offset, facing = cells
     resolution = field[2]
     height, width = log_odds.shape
     emptied = np.empty(len(hits), np.int64)
@@ -98,7 +146,7 @@ def absorb(
         row, col = hits[i] // width, hits[i] % width
         x = (col + 0.5) * resolution + offset[row, col, 0]
         y = (row + 0.5) * resolution + offset[row, col, 1]
-        foot_x, foot_y = _foot(x, y, field, near)
+        foot_x, foot_y = _foot((x, y), (facing[row, col, 0], facing[row, col, 1]), field, near)
         to_col, to_row = int(np.floor(foot_x / resolution)), int(np.floor(foot_y / resolution))
         if not (0 <= to_row < height and 0 <= to_col < width) or (to_row == row and to_col == col):
             continue
@@ -108,6 +156,8 @@ def absorb(
         gain = count[row, col] / total
         offset[to_row, to_col, 0] += gain * (x - (to_col + 0.5) * resolution - offset[to_row, to_col, 0])
         offset[to_row, to_col, 1] += gain * (y - (to_row + 0.5) * resolution - offset[to_row, to_col, 1])
+        facing[to_row, to_col, 0] += gain * (facing[row, col, 0] - facing[to_row, to_col, 0])
+        facing[to_row, to_col, 1] += gain * (facing[row, col, 1] - facing[to_row, to_col, 1])
         count[to_row, to_col] = min(total, limit)
         log_odds[row, col], count[row, col] = 0.0, 0.0
         emptied[n] = hits[i]

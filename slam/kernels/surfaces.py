@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 from slam.kernels.jit import njit
 
 X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
-"""Columns of a surface element: a point on it [m], its unit normal, and 1 for a line, 0 for a lone point."""
+"""Columns of a surface element: a point on it [m], its unit normal, and 0 for a lone point, 1 for a line, 2 for a line that was seen
+from one side only, to which its normal points."""
+
+ONE_SIDED = 2.0
+
+FACING = 0.1
+"""Smallest mean component along the normal of the directions from which a line was seen, that tells its side."""
 
 FLAT = 0.15
 """Largest ratio of the variances across and along, of hits that make a line."""
@@ -79,7 +85,7 @@ def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> tup
 def fit(
     surfaces: NDArray[np.float32],
     occupied: NDArray[np.bool_],
-    hits: tuple[NDArray[np.float32], NDArray[np.float32]],
+    hits: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
     cells: NDArray[np.int64],
     scales: tuple[float, NDArray[np.int64]],
 ) -> None:
@@ -91,7 +97,7 @@ def fit(
     Args:
         surfaces: written.
         occupied: (H, W).
-        hits: hit count (H, W), mean hit minus cell centre (H, W, 2) [m].
+        hits: hit count (H, W), mean hit minus cell centre (H, W, 2) [m], mean unit vector towards the viewer (H, W, 2).
         cells: flat cells to fit.
         scales: cell size [m]; cells to each side of the neighbourhoods, ascending.
     """
@@ -112,22 +118,29 @@ def fit(
         surface[Y] += (row + 0.5) * resolution
 
 
-Moments = tuple[int, float, float, float, float, float, float]
-"""Cells, weight, and weighted sums of x, y, x^2, x y, y^2."""
+Moments = tuple[int, float, float, float, float, float, float, float, float]
+"""Cells, weight, and weighted sums of x, y, x^2, x y, y^2 and of the directions towards the viewer."""
 
 
 @njit
 def _pool(
-    occupied: NDArray[np.bool_], hits: tuple[NDArray[np.float32], NDArray[np.float32]], place: tuple[int, int, int], resolution: float
+    occupied: NDArray[np.bool_],
+    hits: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+    place: tuple[int, int, int],
+    resolution: float,
 ) -> Moments:
-    """Moments of the mean hits of the occupied cells about (row, col), within `reach` rows and columns, about the cell's centre."""
+    """Moments of the mean hits of the occupied cells about (row, col), within `reach` rows and columns, about the cell's centre.
+
+    Cells that were seen from the other side belong to another face of the wall.
+    """
     height, width = occupied.shape
-    count, offset = hits
+    count, offset, facing = hits
     row, col, reach = place
-    n, total, mx, my, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    n, total, mx, my, xx, xy, yy, fx, fy = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    vx, vy = facing[row, col, 0], facing[row, col, 1]
     for r in range(max(row - reach, 0), min(row + reach + 1, height)):
         for c in range(max(col - reach, 0), min(col + reach + 1, width)):
-            if not occupied[r, c]:
+            if not occupied[r, c] or vx * facing[r, c, 0] + vy * facing[r, c, 1] < 0.0:
                 continue
             w = count[r, c]
             x = (c - col) * resolution + offset[r, c, 0]
@@ -139,13 +152,15 @@ def _pool(
             xx += w * x * x
             xy += w * x * y
             yy += w * y * y
-    return n, total, mx, my, xx, xy, yy
+            fx += w * facing[r, c, 0]
+            fy += w * facing[r, c, 1]
+    return n, total, mx, my, xx, xy, yy, fx, fy
 
 
 @njit
 def _fit_line(surface: NDArray[np.float32], moments: Moments) -> None:
     """Store mean and normal where the points lie along a line: the normal is the eigenvector of the smaller eigenvalue."""
-    _, total, mx, my, xx, xy, yy = moments
+    _, total, mx, my, xx, xy, yy, fx, fy = moments
     if total <= 0.0:
         return
     mx, my = mx / total, my / total
@@ -156,5 +171,8 @@ def _fit_line(surface: NDArray[np.float32], moments: Moments) -> None:
         return
     angle = 0.5 * np.arctan2(2.0 * b, a - d)
     surface[X], surface[Y] = mx, my
-    surface[NORMAL_X], surface[NORMAL_Y] = -np.sin(angle), np.cos(angle)
-    surface[FLATNESS] = 1.0
+    nx, ny = -np.sin(angle), np.cos(angle)
+    side = (nx * fx + ny * fy) / total
+    turn = -1.0 if side < 0.0 else 1.0
+    surface[NORMAL_X], surface[NORMAL_Y] = turn * nx, turn * ny
+    surface[FLATNESS] = ONE_SIDED if abs(side) > FACING else 1.0

@@ -77,9 +77,9 @@ class GridMapper:
         corner = np.array([self.grid.geometry.T_map_grid.x, self.grid.geometry.T_map_grid.y])
         ends, starts = T_map_points - corner, T_map_origins - corner
         grid, s = self.grid, self.settings
-        cells = (grid.log_odds, grid.hit_count, grid.hit_offset)
+        cells = (grid.log_odds, grid.hit_count, grid.hit_offset, self.field.facing)
         field = (self.field.nearest, self.field.surfaces, s.resolution)
-        hits = insertion.insert_hits(ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory, s.merge))
+        hits = insertion.insert_hits(starts, ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory, s.merge))
         misses = insertion.insert_misses(starts, ends, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
         changed = np.concatenate([hits, misses])
         insertion.clear(self._touched, changed)

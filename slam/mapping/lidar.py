@@ -24,7 +24,10 @@ from slam.snapshot import Snapshot
 DISTRUST = 1e4
 """Inflation of odometry's covariance when its guess fits nothing."""
 DROP, GAIN = 0.8, 0.1
-"""Inliers below DROP of what they were of late make a search worth while, whose answer must have this much more of them."""
+"""Inliers below DROP of what they were of late, at a pose that odometry does not expect, make a search worth while, whose answer must
+have this much more of them."""
+CHI2_99 = 11.34
+"""99 % point of chi-square with 3 degrees of freedom."""
 LOST_AFTER = 10
 """Unusable matches in a row after which the pose is lost."""
 
@@ -140,7 +143,7 @@ class LidarPipeline:
         prior = s.noise.with_floor(increment) * self._inflation
         prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
         match = self._attempt(cloud, guess, prior, 3.0 * self._deviation > s.search_above)
-        if not self._usable(match) or match.inliers < DROP * self._typical:  # the guess may be worse than odometry says
+        if self._doubtful(match, guess, prior):
             match = self._second_thoughts(cloud, guess, prior * DISTRUST, match)
         self._typical += 0.1 * (match.inliers - self._typical)
         self._match = match
@@ -157,6 +160,10 @@ class LidarPipeline:
         self._inflation = max(0.9 * self._inflation + 0.1 * float(surprise), 1.0)
         self._covariance = np.array(match.covariance)
         return match.T_target_source
+
+    def _doubtful(self, match: Match, guess: SE2, prior: FloatArray) -> bool:
+        """Whether the guess may be worse than odometry says. A scan that fits less, where odometry expects it, sees a new room."""
+        return not self._usable(match) or match.inliers < DROP * self._typical and not _agrees(match.T_target_source, guess, prior)
 
     def _second_thoughts(self, cloud: PointScan, guess: SE2, prior: FloatArray, first: Match) -> Match:
         """The best of the first match and of searches around odometry's guess and the one at constant velocity."""
@@ -191,3 +198,9 @@ class LidarPipeline:
         status = Status.LOST if self._misses >= LOST_AFTER else Status.DEGRADED if reason else Status.TRACKING
         health = self._match.inliers if self._match else 1.0
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, health, reason)
+
+
+def _agrees(T_map_base: SE2, guess: SE2, prior: FloatArray) -> bool:
+    """Whether a pose is within the 99 % ellipsoid of its prior: who sees little known there has come round a corner."""
+    off = np.array([T_map_base.x - guess.x, T_map_base.y - guess.y, (guess.inverse() @ T_map_base).yaw])
+    return float(off @ np.linalg.solve(prior, off)) < CHI2_99

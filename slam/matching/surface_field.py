@@ -36,6 +36,8 @@ class SurfaceField:
         """(H, W) squared distance to it in cells, radius^2 + 1 for none."""
         self.surfaces: NDArray[np.float32] = np.zeros((*shape, 5), np.float32)
         """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
+        self.facing: NDArray[np.float32] = np.zeros((*shape, 2), np.float32)
+        """(H, W, 2) mean unit vector from the hits of a cell towards where they were seen from; 0 where that is not known."""
         self.update(grid, np.arange(grid.log_odds.size))
 
     def update(self, grid: OccupancyGrid, changed: NDArray[np.int64]) -> None:
@@ -47,7 +49,8 @@ class SurfaceField:
         kernels.detach(self.nearest, self.squares, self._occupied, gone, self.radius)
         kernels.attach(self.nearest, self.squares, new, self.radius)
         refit = self.with_neighbours(np.concatenate([changed[now], gone]))
-        kernels.fit(self.surfaces, self._occupied, (grid.hit_count, grid.hit_offset), refit, (self.resolution, self._reaches))
+        hits = (grid.hit_count, grid.hit_offset, self.facing)
+        kernels.fit(self.surfaces, self._occupied, hits, refit, (self.resolution, self._reaches))
 
     def grow(self, grid: OccupancyGrid, shift: tuple[int, int]) -> None:
         """Move into a larger grid whose cell (row, col) + `shift` is the old cell (row, col)."""
@@ -59,13 +62,14 @@ class SurfaceField:
         offset = np.array([shift[1], shift[0]], np.float32) * self.resolution
         surfaces = self.surfaces.copy()
         surfaces[self._occupied, :2] += offset
-        old_occupied, old_squares = self._occupied, self.squares
+        old_occupied, old_squares, old_facing = self._occupied, self.squares, self.facing
         self._occupied = np.zeros(shape, np.bool_)
         self.nearest = np.full(shape, -1, np.int32)
         self.squares = np.full(shape, self.radius**2 + 1, np.int32)
         self.surfaces = np.zeros((*shape, 5), np.float32)
         self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
-        self.squares[window] = old_squares
+        self.facing = np.zeros((*shape, 2), np.float32)
+        self.squares[window], self.facing[window] = old_squares, old_facing
         # walls near the old border are the nearest ones of cells beyond it
         kernels.attach(self.nearest, self.squares, np.flatnonzero(self._occupied), self.radius)
         self.T_map_grid = grid.geometry.T_map_grid

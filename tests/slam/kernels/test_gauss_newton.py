@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.kernels import gauss_newton
-from slam.kernels.surfaces import NORMAL_X, NORMAL_Y, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 from slam.se2 import SE2, FloatArray
 
 CELL = 0.1
@@ -70,6 +70,16 @@ def test_a_step_solves_the_normal_equations(pose: FloatArray, lone: bool) -> Non
     J, d, prior = jacobian(points, pose, corner(lone)), residuals(points, pose, corner(lone)), np.diag([1.0, 2.0, 3.0])
     moved, A = one_step(points, pose, prior, lone)
     np.testing.assert_allclose(moved - pose, -np.linalg.solve(A + prior, J.T @ d), atol=1e-6)
+
+
+@pytest.mark.parametrize(("side", "information"), [(-1.0, 1.0), (1.0, 0.0)])
+def test_a_wall_says_nothing_to_who_sees_its_other_face(side: float, information: float) -> None:
+    nearest, surfaces, cell = corner()
+    surfaces[0, 0, [NORMAL_X, FLATNESS]] = side, ONE_SIDED
+    settings, noise = (1, WIDE, WIDE, 1e-9, 1.0, 1.0), (100.0, 1e-4)
+    field, mean = (nearest, surfaces, cell), np.array([0.5, 0.5, 0.0])
+    _, covariance, *_ = gauss_newton.match(np.array([[1.55, 0.05]]), mean, (mean, np.eye(3)), field, settings, noise)
+    assert np.linalg.inv(covariance)[0, 0] - 1.0 == pytest.approx(information)
 
 
 def test_a_start_pose_is_not_written() -> None:

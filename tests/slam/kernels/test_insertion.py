@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.kernels import insertion
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, ONE_SIDED, X, Y
 from slam.se2 import FloatArray
 
 SIZE = 8
@@ -18,33 +18,36 @@ class Cells:
         self.log_odds = np.zeros((SIZE, SIZE), np.float32)
         self.count = np.zeros((SIZE, SIZE), np.float32)
         self.offset = np.zeros((SIZE, SIZE, 2), np.float32)
+        self.facing = np.zeros((SIZE, SIZE, 2), np.float32)
         self.touched = np.zeros((SIZE, SIZE), np.uint8)
         self.nearest = np.full((SIZE, SIZE), -1, np.int32)
         self.surfaces = np.zeros((SIZE, SIZE, 5), np.float32)
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return self.log_odds, self.count, self.offset
+    def arrays(self) -> insertion.Cells:
+        return self.log_odds, self.count, self.offset, self.facing
 
     @property
     def field(self) -> tuple[np.ndarray, np.ndarray, float]:
         return self.nearest, self.surfaces, 1.0
 
-    def know_wall(self, x: float) -> None:
-        """A line at this x, in the cells of its column."""
+    def know_wall(self, x: float, seen_from: float = 0.0) -> None:
+        """A line at this x, in the cells of its column; seen from lower x (-1), higher x (+1) or both sides (0)."""
+        normal, flatness = (seen_from, ONE_SIDED) if seen_from else (1.0, 1.0)
         for row in range(SIZE):
             self.nearest[row] = row * SIZE + int(x)
-            self.surfaces[row, int(x)] = x, row + 0.5, 1.0, 0.0, 1.0
+            self.surfaces[row, int(x)] = x, row + 0.5, normal, 0.0, flatness
 
-    def hit(self, *points: tuple[float, float]) -> np.ndarray:
-        return insertion.insert_hits(np.array(points), self.field, self.arrays, self.touched, (HIT, LIMIT, MEMORY, NEAR))
+    def hit(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> np.ndarray:
+        origins = np.tile(start, (len(points), 1))
+        return insertion.insert_hits(origins, np.array(points), self.field, self.arrays, self.touched, (HIT, LIMIT, MEMORY, NEAR))
 
     def miss(self, origins: FloatArray, points: FloatArray) -> np.ndarray:
         return insertion.insert_misses(origins, points, 1.0, (self.log_odds, self.count), self.touched, (MISS, LIMIT))
 
     def ray(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> None:
         """A scan: hits, the free cells before them, and the marks cleared."""
-        changed = np.concatenate([self.hit(*points), self.miss(np.tile(start, (len(points), 1)), np.array(points))])
+        changed = np.concatenate([self.hit(*points, start=start), self.miss(np.tile(start, (len(points), 1)), np.array(points))])
         insertion.clear(self.touched, changed)
 
     def absorb(self, *cells: tuple[int, int]) -> list[int]:
@@ -171,6 +174,28 @@ def test_a_hit_far_from_a_line_counts_for_its_own_cell() -> None:
     cells.know_wall(3.95)
     cells.hit((4.4, 2.5))
     assert np.argwhere(cells.log_odds > 0).tolist() == [[2, 4]]
+
+
+def test_a_hit_near_the_other_face_of_a_thin_wall_counts_for_its_own_cell() -> None:
+    cells = Cells()
+    cells.know_wall(3.95, seen_from=-1.0)
+    cells.hit((4.2, 2.5), start=(7.5, 2.5))
+    assert np.argwhere(cells.log_odds > 0).tolist() == [[2, 4]]
+
+
+def test_a_hit_near_both_faces_of_a_thin_wall_counts_for_the_one_that_it_saw() -> None:
+    cells = Cells()
+    cells.know_wall(3.95, seen_from=-1.0)
+    cells.nearest[2, 4], cells.surfaces[2, 4] = 2 * SIZE + 4, (4.15, 2.5, 1.0, 0.0, ONE_SIDED)
+    cells.hit((3.99, 2.5), start=(7.5, 2.5))
+    assert np.argwhere(cells.log_odds > 0).tolist() == [[2, 4]]
+
+
+def test_a_cell_keeps_the_mean_direction_from_which_it_was_seen() -> None:
+    cells = Cells()
+    cells.hit((3.5, 0.5))
+    cells.hit((3.5, 0.5), start=(3.5, 6.5))
+    np.testing.assert_allclose(cells.facing[0, 3], [-0.5, 0.5], atol=1e-6)
 
 
 def test_hits_behind_a_wall_move_into_it() -> None:

@@ -136,6 +136,20 @@ def test_a_noisy_wall_is_one_cell_thick_and_known_better_than_the_cell(make_wall
     assert np.sqrt(np.mean((mapper.grid.wall_points()[:, 0] - 2.013) ** 2)) < 0.006
 
 
+def test_the_faces_of_a_thin_wall_stay_apart(make_walls: Any) -> None:
+    west, east = make_walls([(2.013, -2.0, 2.013, 2.0)]), make_walls([(2.113, -2.0, 2.113, 2.0)])
+    rng, mapper = np.random.default_rng(2), GridMapper(MapSettings())
+    for wall, x in ((west, 0.5), (east, 3.5)):
+        for k in range(60):
+            T_map_base = SE2(x, 0.01 * k, 0.1 * k)
+            points = wall.points(T_map_base, rng.normal(0.0, 0.01, 682))
+            mapper.insert(T_map_base, points, np.zeros_like(points))
+    x, y = mapper.grid.wall_points().T
+    assert np.sqrt(np.mean(np.minimum(np.abs(x - 2.013), np.abs(x - 2.113))[np.abs(y) < 1.0] ** 2)) < 0.01
+    assert np.mean(np.abs(x - 2.013) < 0.02) > 0.3
+    assert np.mean(np.abs(x - 2.113) < 0.02) > 0.3
+
+
 def test_a_snapshot_is_frozen_and_does_not_follow() -> None:
     mapper = GridMapper(METRES)
     insert(mapper, SE2(), (3.0, 0.0))
