@@ -163,7 +163,7 @@ class LidarPipeline:
 
     def _doubtful(self, match: Match, guess: SE2, prior: FloatArray) -> bool:
         """Whether the guess may be worse than odometry says. A scan that fits less, where odometry expects it, sees a new room."""
-        return not self._usable(match) or match.inliers < DROP * self._typical and not _agrees(match.T_target_source, guess, prior)
+        return not self._usable(match) or (match.inliers < DROP * self._typical and not _agrees(match.T_target_source, guess, prior))
 
     def _second_thoughts(self, cloud: PointScan, guess: SE2, prior: FloatArray, first: Match) -> Match:
         """The best of the first match and of searches around odometry's guess and the one at constant velocity."""
