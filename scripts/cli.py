@@ -20,7 +20,7 @@ from sim.errors import SimError
 from slam.errors import SlamError
 from worlds.errors import WorldError
 
-VERBS = ("demo", "run", "worlds", "icp", "bench")
+VERBS = ("demo", "run", "experiment", "worlds", "convert", "icp", "bench")
 EXPECTED = (HardwareError, OutputError, SimError, SlamError, UsageError, WorldError)
 
 
@@ -72,7 +72,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 def _overview() -> str:
     lines = ["twin: a digital twin of a LEGO SLAM robot", "", "usage: twin VERB [options]", ""]
-    lines += [f"  {verb:8} {_help(verb)}" for verb in VERBS]
+    lines += [f"  {verb:10} {_help(verb)}" for verb in VERBS]
     return "\n".join([*lines, "", "Start with `twin demo`. `twin VERB --help` explains a verb and all its options."])
 
 

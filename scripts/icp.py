@@ -22,6 +22,7 @@ from scripts.options import OptionalFile, parse
 from scripts.scan_pairs import ScanPair, displaced_room, recorded_pair
 from slam.matching.icp import Icp, IcpStep
 from slam.matching.match import Match
+from slam.matching.matchers import matcher_settings
 from slam.se2 import SE2
 
 HELP = "lay one scan over another by ICP, step by step: the source report's check or two scans of a recording, with GIF"
@@ -29,6 +30,8 @@ HELP = "lay one scan over another by ICP, step by step: the source report's chec
 CHECK_TOLERANCE = 1e-6
 """[m] and [rad]"""
 DEFAULT = Icp()
+PAIRED = 0.3
+"""Longest correspondence drawn for matchers that have none of their own [m]."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,7 @@ class IcpOptions:
 
     Without --log: the check of the source report, a scan moved by (1 m, 2 m, 30 deg) and brought back without a guess;
     exits with 1 unless the answer is right to 1e-6 m and rad. With --log: two scans of a recording, from what the wheels say.
+    The options from --iterations on are icp's; other matchers show their start and their end.
     """
 
     log: Annotated[Path | None, arg(metavar="RECORDING", help_behavior_hint="")] = None
@@ -45,6 +49,8 @@ class IcpOptions:
     """With --log: number of the target scan, and of the source scan that is laid over it; the first is 0."""
     guess: Literal["wheels", "none"] = "wheels"
     """With --log: start from the wheels' motion between the scans, or from no motion as the source report does."""
+    matcher: str = "icp"
+    """With --log: what lays the scans over each other: icp, plicp, gauss_newton, correlative or ndt."""
     gif: OptionalFile = None
     """Animation of the steps to write."""
     png: OptionalFile = None
@@ -68,18 +74,28 @@ def main(argv: list[str]) -> int:
         OutputError: an output cannot be written.
     """
     options = parse(IcpOptions, argv, "icp")
-    matcher = _matcher(options)
+    icp, kind = _matcher(options), matcher_settings(options.matcher)
+    if kind is not Icp and options.log is None:
+        raise UsageError(f"--matcher {options.matcher} needs --log; only icp does the check, 2.2 m and 30 deg without a guess")
     outputs = _outputs(options)
     pair = displaced_room() if options.log is None else recorded_pair(options.log, *options.scans)
     guess = pair.wheels if pair.wheels is not None and options.guess == "wheels" else SE2()
-    steps = list(matcher.steps(pair.source, pair.target, guess))
-    match = matcher.match(pair.source, pair.target, guess)
+    if kind is Icp:
+        steps, match = list(icp.steps(pair.source, pair.target, guess)), icp.match(pair.source, pair.target, guess)
+    else:
+        match = kind().register(pair.source, pair.target, guess)
+        steps = [_pairs_at(pair, pose) for pose in (guess, match.T_target_source)]
     Console().print(steps_table(pair.title, steps))
-    print("\n".join(answer_lines(pair, match)))
+    print("\n".join(answer_lines(pair, match, options.matcher)))
     for path, write in outputs:
         write(path, pair, steps)
         print(f"wrote {path}")
     return 0 if options.log is not None or _passes(pair, match) else 1
+
+
+def _pairs_at(pair: ScanPair, pose: SE2) -> IcpStep:
+    """What ICP would pair at a pose."""
+    return next(Icp(trim=1.0, one_to_one=False, max_distance=PAIRED).steps(pair.source, pair.target, pose))
 
 
 def _outputs(options: IcpOptions) -> list[tuple[Path, Callable[[Path, ScanPair, Sequence[IcpStep]], None]]]:

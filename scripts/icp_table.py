@@ -11,6 +11,7 @@ from rich.table import Table
 
 from scripts.scan_pairs import ScanPair
 from slam.matching.icp import IcpStep
+from slam.matching.localizability import Localizability
 from slam.matching.match import Match
 from slam.se2 import SE2
 
@@ -28,15 +29,27 @@ def steps_table(title: str, steps: Sequence[IcpStep]) -> Table:
     return table
 
 
-def answer_lines(pair: ScanPair, match: Match) -> list[str]:
-    """The result beside what else is known of the motion."""
-    lines = [_line("ICP", match.T_target_source) + f"  {'converged' if match.converged else 'not converged'}, {match.iterations} steps"]
-    for name, pose in (("truth", pair.truth), ("wheels", pair.wheels)):
+def answer_lines(pair: ScanPair, match: Match, matcher: str = "icp") -> list[str]:
+    """The result beside what else is known of the motion, and how far the scan can be trusted."""
+    name = "ICP" if matcher == "icp" else matcher
+    lines = [_line(name, match.T_target_source) + f"  {'converged' if match.converged else 'not converged'}, {match.iterations} steps"]
+    for other, pose in (("truth", pair.truth), ("wheels", pair.wheels)):
         if pose is not None:
             error = pose.inverse() @ match.T_target_source
-            apart = f"  ICP is {1000.0 * math.hypot(error.x, error.y):.3g} mm, {math.degrees(abs(error.yaw)):.3g} deg away"
-            lines.append(_line(name, pose) + apart)
-    return lines
+            apart = f"  {name} is {1000.0 * math.hypot(error.x, error.y):.3g} mm, {math.degrees(abs(error.yaw)):.3g} deg away"
+            lines.append(_line(other, pose) + apart)
+    return [*lines, _trust(pair, match)]
+
+
+def _trust(pair: ScanPair, match: Match) -> str:
+    """The match's deviations, and the bounds that the scan's geometry sets to any matcher."""
+    x, y, yaw = np.sqrt(np.diag(match.covariance))
+    bound = Localizability.of(pair.source, match.T_target_source)
+    return (
+        f"deviations x {1000.0 * x:.3g} mm  y {1000.0 * y:.3g} mm  yaw {math.degrees(yaw):.3g} deg\n"
+        f"the scan allows {1000.0 * bound.weakest:.3g} mm along {math.degrees(bound.axis):.0f} deg, "
+        f"{1000.0 * bound.strongest:.3g} mm across, {math.degrees(bound.heading):.3g} deg"
+    )
 
 
 def _line(name: str, pose: SE2) -> str:

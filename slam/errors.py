@@ -56,3 +56,14 @@ class MapFileError(SlamError):
 
 class TrajectoryError(SlamError):
     """Trajectories that cannot be compared or read."""
+
+
+class PoseGraphError(SlamError):
+    """A pose graph that cannot be read, or that cannot be: a node or a measurement that does not fit."""
+
+
+class SessionError(SlamError):
+    """A session's folder that cannot be used."""
+
+    def __init__(self, folder: object, problem: str) -> None:
+        super().__init__(f"session {folder}: {problem}")

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from slam.errors import UnknownNameError
+from slam.mapping.icp_odometry import IcpOdometry
 from slam.mapping.lidar import Lidar
+from slam.mapping.lidar_slam import LidarSlam
 from slam.mapping.odometry import Odometry
+from slam.mapping.rbpf import Rbpf
 from slam.messages import Estimate, Imu, LaserScan, SensorFrame, WheelOdometry
 from slam.se2 import SE2
 from slam.snapshot import Snapshot
@@ -26,6 +30,36 @@ class Pipeline(Protocol):
         ...
 
 
+@runtime_checkable
+class Finishing(Protocol):
+    """A pipeline that has something left to do when a run is over."""
+
+    def finish(self) -> None:
+        """Refine what `snapshot` shows."""
+        ...
+
+
+@runtime_checkable
+class Resumable(Protocol):
+    """A pipeline that keeps sessions."""
+
+    def resume(self, folder: Path) -> bool:
+        """Go on in the session that a folder holds; False where it holds none.
+
+        Raises:
+            SessionError: it cannot be used.
+        """
+        ...
+
+    def save(self, folder: Path) -> None:
+        """Keep the session in a folder.
+
+        Raises:
+            SessionError: it cannot be written.
+        """
+        ...
+
+
 class PipelineSettings(Protocol):
     """A frozen dataclass of parameters that builds a pipeline."""
 
@@ -36,7 +70,10 @@ class PipelineSettings(Protocol):
 
 PIPELINES: dict[str, type[PipelineSettings]] = {
     "odometry": Odometry,
+    "icp_odometry": IcpOdometry,
     "lidar": Lidar,
+    "rbpf": Rbpf,
+    "lidar_slam": LidarSlam,
 }
 """name -> frozen dataclass of parameters."""
 

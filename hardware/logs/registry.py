@@ -12,6 +12,7 @@ from hardware.spec import RobotSpec
 LOG_FORMATS: dict[str, str] = {
     "carmen": "hardware.logs.carmen:CarmenLog",
     "coreslam": "hardware.logs.coreslam:CoreSlamLog",
+    "rosbag": "hardware.logs.ros_bag:RosBag",
     "mcap": "hardware.logs.mcap_bag:McapBag",
 }
 """name -> "module:Class"; the class implements `hardware.logs.log.Log`. The first that accepts a path reads it."""

@@ -19,12 +19,26 @@ from scripts.runs.files import write_text
 
 HELP = "measure speed and accuracy on this machine, side by side with peers in the same run"
 
-GROUPS = ("rays", "grid_rays", "matching", "camera", "people", "twin", "realism", "odometry", "demo", "recordings")
+GROUPS = (
+    "rays",
+    "grid_rays",
+    "matching",
+    "correlative",
+    "posegraph",
+    "slam",
+    "camera",
+    "people",
+    "twin",
+    "realism",
+    "odometry",
+    "demo",
+    "recordings",
+)
 
 
 @dataclass(frozen=True)
 class BenchOptions:
-    """Measure groups of figures, all or some; demo makes ten runs, recordings needs the public recordings."""
+    """Measure groups of figures, all or some; demo makes ten runs; recordings, slam and posegraph need the public data."""
 
     groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = field(default=GROUPS)
     """Groups to measure; all when none is given."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -33,7 +34,7 @@ from slam.errors import SlamError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
-from slam.pipelines import Pipeline, PipelineSettings, pipeline_settings, warm_up
+from slam.pipelines import Finishing, Pipeline, PipelineSettings, Resumable, pipeline_settings, warm_up
 from slam.se2 import SE2
 
 SIMULATED = 60.0
@@ -120,8 +121,21 @@ def _assemble(options: RunOptions, settings: PipelineSettings, faults: Sequence[
     robot = befall(make_robot(options), tuple(faults), options.seed) if faults else make_robot(options)
     policy = make_policy(policy_name(options, robot), route(options, start))
     pipeline = settings.build(start)
+    if options.session is not None:
+        session_of(pipeline, options).resume(options.session)
     warm_up(settings)
     return _Run(options, results_folder(options), robot, pipeline, policy, duration)
+
+
+def session_of(pipeline: Pipeline, options: RunOptions) -> Resumable:
+    """The pipeline, as one that keeps sessions.
+
+    Raises:
+        UsageError: it keeps none.
+    """
+    if not isinstance(pipeline, Resumable):
+        raise UsageError(f"--session: the pipeline '{options.pipeline}' keeps no session; take --pipeline lidar_slam")
+    return pipeline
 
 
 def _duration(options: RunOptions) -> float:
@@ -133,13 +147,19 @@ def _duration(options: RunOptions) -> float:
 
 
 def _drive(run: _Run, log: RunLog, stopped: Callable[[], bool]) -> None:
-    """The run itself."""
+    """The run itself, what the pipeline does when it is over, and the session that is left."""
     with ExitStack() as stack:
         stack.enter_context(run.robot)
         recorder = stack.enter_context(Recorder(run.robot, run.folder, urdf(run.robot.spec))) if run.options.record else None
         progress = stack.enter_context(progress_bar(run.robot, run.duration))
         true_pose = live_truth(run.options, run.robot)
         Loop(run.robot, run.pipeline, run.policy, stopped, run.duration, recorder, true_pose, progress).run(log)
+    began = time.perf_counter()
+    if isinstance(run.pipeline, Finishing):
+        run.pipeline.finish()
+    log.wall_time += time.perf_counter() - began
+    if run.options.session is not None:
+        session_of(run.pipeline, run.options).save(run.options.session)
 
 
 def _write(run: _Run, log: RunLog) -> RunRecord:

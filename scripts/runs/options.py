@@ -27,9 +27,14 @@ class RunOptions:
     world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
     """World of the simulation: NAME, NAME:option=value,... or a .toml file; `twin worlds` lists them."""
     pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
-    """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only."""
+    """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only,
+    `icp_odometry` lays each scan over the one before, the baseline; `lidar_slam` also closes loops,
+    `rbpf` is a particle filter over maps."""
     params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None
     """TOML file with parameters of the pipeline; config.toml of any run shows them all under [parameters] and can be given here."""
+    session: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="(default: none, a new map)")] = None
+    """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
+    With `mapping = false` in --params the robot is only localised in it."""
     policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
     """What drives: `tour` follows the route of the world, `none` stands still; a recording cannot be driven."""
     start: Annotated[tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin)")] = None

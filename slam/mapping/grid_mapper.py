@@ -45,12 +45,9 @@ class MapSettings:
 class GridMapper:
     """A map in the making: `T_map_grid` has no rotation."""
 
-    def __init__(self, settings: MapSettings) -> None:
+    def __init__(self, settings: MapSettings, grid: OccupancyGrid | None = None) -> None:
         self.settings = settings
-        side = settings.fixed_size or 8.0
-        cells = math.ceil(side / settings.resolution)
-        corner = SE2(-0.5 * cells * settings.resolution, -0.5 * cells * settings.resolution)
-        self.grid = OccupancyGrid.empty(GridGeometry(settings.resolution, cells, cells, corner))
+        self.grid = grid or _blank(settings)
         self.field = SurfaceField(self.grid)
         self._touched = np.zeros(self.grid.log_odds.shape, np.uint8)
         self._frozen: OccupancyGrid | None = None
@@ -112,6 +109,13 @@ class GridMapper:
         self.grid, self._touched = grid, np.zeros(grid.log_odds.shape, np.uint8)
         self.field.grow(grid, shift)
         return True
+
+
+def _blank(settings: MapSettings) -> OccupancyGrid:
+    side = settings.fixed_size or 8.0
+    cells = math.ceil(side / settings.resolution)
+    corner = SE2(-0.5 * cells * settings.resolution, -0.5 * cells * settings.resolution)
+    return OccupancyGrid.empty(GridGeometry(settings.resolution, cells, cells, corner))
 
 
 def _copy_into(target: OccupancyGrid, source: OccupancyGrid, window: tuple[slice, ...]) -> None:

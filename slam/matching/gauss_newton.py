@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import gauss_newton as kernels
-from slam.matching.match import Match
+from slam.matching.match import Match, finite, no_prior
+from slam.matching.point_map import point_map
 from slam.matching.surface_field import SurfaceField
 from slam.se2 import SE2, FloatArray
 
@@ -28,18 +29,20 @@ class GaussNewton:
     """Widest kernel [m]; never beyond the reach of the field."""
     shrink: float = 0.7
     """Share of the kernel width that remains from step to step."""
-    tolerance: float = 1e-4
+    tolerance: float = 1e-3
     """Converged when no component moves more than this [m or rad]."""
     lone_weight: float = 0.2
     """Weight of a surface that is a lone point against one that is a line."""
     residual_floor: float = 0.01
     """Smallest standard deviation believed of one residual [m]."""
     correlated_beams: float = 10.0
-    """Neighbouring beams share the map's errors: this many count as one independent residual."""
+    """Neighbouring beams share the map's errors: beside the prior this many count as one independent residual."""
+    systematic: float = 0.2
+    """Share of the residual that half a metre of wall has in common beyond what is seen of it: the ranges' own bias."""
 
     def __post_init__(self) -> None:
         require_positive(self, "iterations", "kernel_min", "kernel_max", "shrink", "tolerance", "residual_floor", "correlated_beams")
-        require_not_negative(self, "lone_weight")
+        require_not_negative(self, "lone_weight", "systematic")
 
     def match(
         self, field: SurfaceField, points: FloatArray, guess: SE2, prior: FloatArray, width: float, start: SE2 | None = None
@@ -63,7 +66,12 @@ class GaussNewton:
             field.T_map_grid.as_array(),
             (field.nearest, field.surfaces, field.resolution),
             (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight),
-            (self.residual_floor, self.correlated_beams),
+            (self.residual_floor, self.correlated_beams, self.systematic),
         )
-        converged = converged and math.isfinite(pose[2])
-        return Match(SE2.from_array(pose), covariance, converged, rms, share, iterations)
+        x, y, yaw = pose.tolist()
+        return Match(SE2(x, y, yaw), covariance, converged and math.isfinite(yaw), rms, share, iterations, points)
+
+    def register(self, source: FloatArray, target: FloatArray, guess: SE2, prior: FloatArray | None = None) -> Match:
+        """See `slam.matching.matchers.ScanMatcher`."""
+        field = SurfaceField(point_map(target))
+        return self.match(field, finite(source), guess, no_prior() if prior is None else prior, self.kernel_max)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+import numpy as np
+
+from slam.matching.localizability import Localizability
 from slam.messages import read_only
 from slam.se2 import SE2, FloatArray
 
@@ -23,6 +26,23 @@ class Match:
     inliers: float
     """Share of the points that found a counterpart, 0..1."""
     iterations: int = 0
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    """(M, 2) of the scan, as they were given [m]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", read_only(self.covariance))
+
+    @property
+    def localizability(self) -> Localizability:
+        """How well each axis can be known by such a scan at most, and which is the weakest: worked out when asked for."""
+        return Localizability.of(self.points, self.T_target_source)
+
+
+def no_prior() -> FloatArray:
+    """Covariance (3, 3) of a guess that hardly pulls [m, rad]."""
+    return np.diag([4.0, 4.0, 1.0])
+
+
+def finite(points: FloatArray) -> FloatArray:
+    """Those of the points (M, 2) that are finite."""
+    return np.ascontiguousarray(points[np.isfinite(points).all(axis=1)])

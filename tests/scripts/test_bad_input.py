@@ -29,7 +29,7 @@ def refused(capsys, tmp_path):
         ("--world aruco_rom", "no world 'aruco_rom'; available: apartment, aruco_room, "),
         ("--world aruco_room:colour=red", "option colour: write option=value; options: size"),
         ("--world nowhere.toml", "nowhere.toml: cannot be read: No such file or directory"),
-        ("--pipeline lidr", "no pipeline 'lidr'; available: lidar, odometry"),
+        ("--pipeline lidr", "no pipeline 'lidr'; available: icp_odometry, lidar, lidar_slam, odometry, rbpf"),
         ("--policy fly", "no policy 'fly'; available: none, tour"),
         ("--robot r2d2", "no robot 'r2d2'; available: kinematic, replay, sim"),
         ("--robot sim:corridor", "--robot sim takes no 'corridor'; a world is chosen by --world"),

@@ -9,7 +9,8 @@ from scripts.errors import UsageError
 from scripts.icp import main
 from scripts.runs.files import OutputError
 from scripts.scan_pairs import displaced_room, recorded_pair
-from slam.errors import ParameterError
+from slam.errors import ParameterError, UnknownNameError
+from slam.matching.matchers import MATCHERS
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +82,26 @@ def test_a_pair_of_a_recording_has_the_wheels_motion_and_no_truth(recording):
 def test_a_scan_against_itself_stays_where_it_is(recording, capsys):
     assert main(["--log", str(recording), "--scans", "2", "2", "--png", str(recording.with_suffix(".png"))]) == 0
     assert "ICP    x 0.000000 m  y 0.000000 m  yaw 0.00000 deg" in capsys.readouterr().out.replace("-0.0", "0.0")
+
+
+@pytest.mark.parametrize("name", [name for name in MATCHERS if name != "icp"])
+def test_other_matchers_lay_a_pair_of_a_recording_too(recording, name, capsys, tmp_path):
+    assert main(["--log", str(recording), "--scans", "1", "3", "--matcher", name, "--gif", str(tmp_path / "x.gif")]) == 0
+    printed = capsys.readouterr().out
+    assert f"{name} is" in printed
+    assert "the scan allows" in printed
+    with Image.open(tmp_path / "x.gif") as picture:
+        assert picture.n_frames == 2
+
+
+def test_the_check_is_icps_alone():
+    with pytest.raises(UsageError, match="--matcher ndt needs --log"):
+        main(["--matcher", "ndt"])
+
+
+def test_a_matcher_that_is_not_there_is_one_line():
+    with pytest.raises(UnknownNameError, match="no matcher 'magic'; available: correlative, gauss_newton, icp, ndt, plicp"):
+        main(["--matcher", "magic"])
 
 
 @pytest.mark.parametrize("scans", [("0", "5"), ("-1", "2")])

@@ -210,6 +210,7 @@ def test_odometry_that_stands_still_on_a_robot_that_does_not_is_overruled(frames
     assert abs(off.yaw) < 0.05
 
 
+@pytest.mark.parametrize("name", ["lidar", "odometry"])
 def test_a_map_that_would_be_too_large_stays_as_it_was(name: str, frames: Frames) -> None:
     far = tuple(
         dataclasses.replace(scan, ranges=np.where(np.arange(341) < 9, 9e4, scan.ranges), range_max=1e5) for scan in frames[10].scans
@@ -283,7 +284,7 @@ def test_a_pipeline_draws_the_walls_that_it_sees(name: str, frames: Frames) -> N
 
 
 def test_an_unknown_pipeline_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: lidar, odometry"):
+    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: icp_odometry, lidar"):
         pipeline_settings("ladar")
 
 

@@ -200,7 +200,7 @@ def test_a_topic_of_another_type_is_refused(tmp_path):
     file = tmp_path / "x.mcap"
     with file.open("wb") as stream:
         writer = Writer(stream)
-        writer.start("ros2")
+        writer.start("ros2", "bricktwin")
         schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
         writer.add_message(writer.register_channel("/scan", "cdr", schema), 0, text("/robot_spec", "hello")[1], 0)
         writer.finish()
@@ -231,5 +231,5 @@ def test_a_missing_file_is_named(tmp_path):
 
 def test_an_unknown_format_lists_the_known_ones(tmp_path):
     (tmp_path / "x.txt").write_text("hello")
-    with pytest.raises(RecordingError, match="of no known format; known: carmen, coreslam, mcap"):
+    with pytest.raises(RecordingError, match="of no known format; known: carmen, coreslam, rosbag, mcap"):
         open_log(tmp_path / "x.txt")

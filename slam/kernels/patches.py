@@ -1,0 +1,128 @@
+"""Maps in patches that particles share until one of them writes: copy on write.
+
+A map is a table (TH, TW) of patch numbers, -1 for nothing known; a patch is `SIDE` x `SIDE` cells of the pool: log-odds, hit count, and
+mean hit minus cell centre. Coordinates are in the table's frame: the corner of its cell (0, 0) is the origin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.kernels.jit import njit
+
+SHIFT = 5
+SIDE = 1 << SHIFT
+"""Cells along each side of a patch."""
+MASK = SIDE - 1
+
+Table = NDArray[np.int32]
+Pool = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+"""Log-odds (P, SIDE, SIDE), hit count (P, SIDE, SIDE), mean hit minus cell centre (P, SIDE, SIDE, 2) [m]."""
+
+
+@njit
+def insert(
+    pose: NDArray[np.float64],
+    cloud: tuple[NDArray[np.float64], NDArray[np.float64]],
+    every: int,
+    table: Table,
+    pool: Pool,
+    store: tuple[NDArray[np.int32], NDArray[np.int32], int],
+    update: tuple[float, float, float, float],
+) -> int:
+    """Raise what rays hit and lower what they cross; a patch becomes the map's own when it is first written. Returns the free patches.
+
+    Args:
+        pose: x, y, yaw of base (3,).
+        cloud: where each ray hits and where it starts, (M, 2) each, in base [m].
+        every: one ray in so many lowers what it crosses.
+        table: the map; written.
+        pool: written.
+        store: maps that share each patch (P,), numbers of unused patches (P,) and how many they are: enough for all that rays enter.
+        update: cell size [m], log-odds of a hit, of a miss (negative), their limit.
+    """
+    log_odds, hits, offsets = pool
+    shares, free, left = store
+    resolution, hit, miss, limit = update
+    cos, sin = np.cos(pose[2]) / resolution, np.sin(pose[2]) / resolution
+    x0, y0 = pose[0] / resolution, pose[1] / resolution
+    points, origins = cloud
+    odds, miss, limit = log_odds.reshape(-1), np.float32(miss), np.float32(limit)
+    height, width = table.shape[0] * SIDE, table.shape[1] * SIDE
+    for i in range(0, len(points), every):
+        x = x0 + cos * origins[i, 0] - sin * origins[i, 1]
+        y = y0 + sin * origins[i, 0] + cos * origins[i, 1]
+        dx = x0 + cos * points[i, 0] - sin * points[i, 1] - x
+        dy = y0 + sin * points[i, 0] + cos * points[i, 1] - y
+        col, row = int(np.floor(x)), int(np.floor(y))
+        last_col, last_row = int(np.floor(x + dx)), int(np.floor(y + dy))
+        step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+        delta_x = abs(1.0 / dx) if dx != 0.0 else np.inf
+        delta_y = abs(1.0 / dy) if dy != 0.0 else np.inf
+        next_x = ((col + 1 - x) if dx > 0 else (x - col)) * delta_x if dx != 0.0 else np.inf
+        next_y = ((row + 1 - y) if dy > 0 else (y - row)) * delta_y if dy != 0.0 else np.inf
+        patch, at_row, at_col = -1, -1, -1
+        for _ in range(abs(last_col - col) + abs(last_row - row)):
+            if 0 <= row < height and 0 <= col < width:
+                if row >> SHIFT != at_row or col >> SHIFT != at_col:
+                    at_row, at_col = row >> SHIFT, col >> SHIFT
+                    left = _own(table, at_row, at_col, pool, shares, free, left)
+                    patch = table[at_row, at_col]
+                cell = np.uint64(patch * SIDE * SIDE + (row & MASK) * SIDE + (col & MASK))  # unsigned: no test for the end
+                odds[cell] = max(odds[cell] + miss, -limit)
+            if next_x < next_y:
+                next_x += delta_x
+                col += step_x
+            else:
+                next_y += delta_y
+                row += step_y
+    for i in range(len(points)):
+        x = x0 + cos * points[i, 0] - sin * points[i, 1]
+        y = y0 + sin * points[i, 0] + cos * points[i, 1]
+        col, row = int(np.floor(x)), int(np.floor(y))
+        if 0 <= row < height and 0 <= col < width:
+            left = _own(table, row >> SHIFT, col >> SHIFT, pool, shares, free, left)
+            patch, r, c = table[row >> SHIFT, col >> SHIFT], row & MASK, col & MASK
+            if log_odds[patch, r, c] <= 0.0:  # what was free has forgotten its hits
+                hits[patch, r, c] = 0.0
+            log_odds[patch, r, c] = min(log_odds[patch, r, c] + hit, limit)
+            hits[patch, r, c] += 1.0
+            gain = 1.0 / hits[patch, r, c]
+            offsets[patch, r, c, 0] += gain * ((x - col - 0.5) * resolution - offsets[patch, r, c, 0])
+            offsets[patch, r, c, 1] += gain * ((y - row - 0.5) * resolution - offsets[patch, r, c, 1])
+    return left
+
+
+@njit
+def _own(table: Table, row: int, col: int, pool: Pool, shares: NDArray[np.int32], free: NDArray[np.int32], left: int) -> int:
+    """Make a patch of a map its own: copy what is shared, begin what is new."""
+    old = table[row, col]
+    if old >= 0 and shares[old] == 1:
+        return left
+    log_odds, hits, offsets = pool
+    new = free[left - 1]
+    if old >= 0:
+        log_odds[new], hits[new], offsets[new] = log_odds[old], hits[old], offsets[old]
+        shares[old] -= 1
+    else:
+        log_odds[new], hits[new], offsets[new] = 0.0, 0.0, 0.0
+    shares[new] = 1
+    table[row, col] = new
+    return left - 1
+
+
+@njit
+def render(table: Table, pool: Pool, grid: Pool) -> None:
+    """Copy a map into arrays of a plain grid: log-odds (H, W), hit count (H, W), mean hit minus cell centre (H, W, 2)."""
+    for row in range(table.shape[0]):
+        for col in range(table.shape[1]):
+            patch = table[row, col]
+            if patch >= 0:
+                for r in range(SIDE):
+                    for c in range(SIDE):
+                        at = row * SIDE + r, col * SIDE + c
+                        grid[0][at[0], at[1]] = pool[0][patch, r, c]
+                        grid[1][at[0], at[1]] = pool[1][patch, r, c]
+                        grid[2][at[0], at[1], 0] = pool[2][patch, r, c, 0]
+                        grid[2][at[0], at[1], 1] = pool[2][patch, r, c, 1]

@@ -1,0 +1,72 @@
+"""An occupancy grid at a byte a cell, for submaps that nobody is matched to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
+from slam.se2 import SE2, FloatArray
+
+STEP = LOG_ODDS_LIMIT / 125.0
+"""Log-odds of one step."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CompactGrid:
+    """Log-odds in steps, and mean hits of the cells that have any; cropped to what is known."""
+
+    geometry: GridGeometry
+    steps: NDArray[np.int8]
+    """(height, width) log-odds in `STEP`s, 0 unknown."""
+    cells: NDArray[np.int32]
+    """(K,) flat cells with hits."""
+    counts: NDArray[np.float32]
+    """(K,) hits behind each mean."""
+    offsets: NDArray[np.float32]
+    """(K, 2) mean hit minus cell centre [m]."""
+
+    @classmethod
+    def of(cls, grid: OccupancyGrid) -> CompactGrid:
+        """Pack a grid."""
+        window, geometry = _known(grid)
+        steps = np.rint(grid.log_odds[window] / STEP).astype(np.int8)
+        cells = np.flatnonzero((steps > 0) & (grid.hit_count[window] > 0.0))
+        counts = grid.hit_count[window].reshape(-1)[cells]
+        return cls(geometry, steps, cells.astype(np.int32), counts, grid.hit_offset[window].reshape(-1, 2)[cells])
+
+    def grid(self) -> OccupancyGrid:
+        """Unpack, with two metres of room around."""
+        margin = round(2.0 / self.geometry.resolution)
+        g = self.geometry
+        corner = SE2(g.T_map_grid.x - margin * g.resolution, g.T_map_grid.y - margin * g.resolution)
+        grid = OccupancyGrid.empty(GridGeometry(g.resolution, g.width + 2 * margin, g.height + 2 * margin, corner))
+        grid.log_odds[margin : margin + g.height, margin : margin + g.width] = self.steps * STEP
+        rows, cols = self.cells // g.width + margin, self.cells % g.width + margin
+        grid.hit_count[rows, cols] = self.counts
+        grid.hit_offset[rows, cols] = self.offsets
+        return grid
+
+    def hits(self) -> FloatArray:
+        """Mean hits (K, 2) in the submap's frame [m]."""
+        rows, cols = self.cells // self.geometry.width, self.cells % self.geometry.width
+        corner = np.array([self.geometry.T_map_grid.x, self.geometry.T_map_grid.y])
+        hits: FloatArray = corner + (np.stack([cols, rows], axis=1) + 0.5) * self.geometry.resolution + self.offsets.astype(np.float64)
+        return hits
+
+    def log_odds_of_hits(self) -> FloatArray:
+        """(K,) log-odds of the cells that have hits."""
+        return self.steps.reshape(-1)[self.cells].astype(np.float64) * STEP
+
+
+def _known(grid: OccupancyGrid) -> tuple[tuple[slice, slice], GridGeometry]:
+    """The window of cells that are not unknown, at least one cell."""
+    known = grid.log_odds != 0.0
+    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+    top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
+    left, right = (int(cols[0]), int(cols[-1]) + 1) if len(cols) else (0, 1)
+    g = grid.geometry
+    corner = SE2(g.T_map_grid.x + left * g.resolution, g.T_map_grid.y + top * g.resolution)
+    return (slice(top, bottom), slice(left, right)), GridGeometry(g.resolution, right - left, bottom - top, corner)

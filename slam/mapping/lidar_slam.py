@@ -1,0 +1,284 @@
+"""The `lidar_slam` pipeline: scan to submap, submaps that are regions, loop closure, a robust pose graph between submaps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from slam.errors import require_not_negative, require_positive
+from slam.grid import OccupancyGrid
+from slam.mapping.front_end import FrontEnd, Tracking
+from slam.mapping.grid_mapper import MapSettings
+from slam.mapping.keyframes import KeyframeGate
+from slam.mapping.loop_closing import Here, LoopCloser, LoopClosing
+from slam.mapping.polish import Polish, Polished, polish
+from slam.mapping.rendering import render
+from slam.mapping.sensor_watch import SensorWatch
+from slam.mapping.session import load_session, save_session
+from slam.mapping.submap import Keyframe, Submap
+from slam.mapping.submap_path import SubmapPath
+from slam.mapping.submaps import Link, Submaps
+from slam.mapping.uncertainty import composed, from_body, to_body
+from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.scans import PointScan
+from slam.se2 import SE2, FloatArray
+from slam.snapshot import Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class LidarSlam:
+    """Lidar SLAM with loop closure."""
+
+    map: MapSettings = field(default_factory=MapSettings)
+    tracking: Tracking = field(default_factory=Tracking)
+    keyframes: KeyframeGate = field(default_factory=KeyframeGate)
+    kept: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.1, 0.1))
+    """Least distance between scans that are kept for the polish."""
+    attempts: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.5, 0.5))
+    """Motion between two attempts to recognise other submaps."""
+    closing: LoopClosing = field(default_factory=LoopClosing)
+    polish: Polish = field(default_factory=Polish)
+    radius: float = 3.0
+    """A submap is the map of the places within this distance of its origin [m]."""
+    overlap: float = 1.0
+    """So far before the border the next submap is begun [m]."""
+    length: float = 5.0
+    """Way through new places after which a submap takes in no more of them: its own drift is never corrected [m]."""
+    near: float = 1.0
+    """A full submap is the map of the places so near to its kept scans [m]."""
+    entry_known: float = 0.8
+    """Share of a scan's points that an older submap must know for the robot to go on in it."""
+    close_loops: bool = True
+    """Recognise submaps; without it the pipeline is lidar odometry."""
+    mapping: bool = True
+    """Extend the map of a session; without it the robot is only localised in it."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "radius", "overlap", "length", "near")
+        require_not_negative(self, "entry_known")
+
+    def build(self, T_map_base: SE2 | None = None) -> LidarSlamPipeline:
+        """Make the pipeline; the robot starts at `T_map_base`, the origin by default."""
+        return LidarSlamPipeline(self, T_map_base or SE2())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Next:
+    """A submap in the making: not yet the one that is tracked in."""
+
+    submap: Submap
+    T_current_next: SE2
+
+
+class LidarSlamPipeline:
+    """Tracks in the current submap; `T_map_odom` jumps when the graph moves that submap, `T_odom_base` never."""
+
+    def __init__(self, settings: LidarSlam, T_map_base: SE2) -> None:
+        self._settings = settings
+        self._start = T_map_base
+        self._watch = SensorWatch()
+        self.front = FrontEnd(settings.tracking, SE2())
+        self.submaps = Submaps()
+        self._path = SubmapPath()
+        self._current = 0
+        self._next: _Next | None = None
+        self._inserted: SE2 | None = None  # T_current_base of the last scan inserted
+        self._attempted: SE2 | None = None
+        self._closer = LoopCloser(settings.closing, self.submaps)
+        self._unplaced = False  # a session is loaded, and the robot has not been found in it
+        self._too_large = False
+        self._moved = math.inf  # time of the newest odometry in the last estimate
+        self._placed: tuple[SE2, FloatArray] = (T_map_base, np.zeros((3, 3)))
+        self._spacing = 0.1  # way from one inserted scan to the next, lately [m]
+        self._frozen: OccupancyGrid | None = None
+        self._polished: Polished | None = None
+
+    def update(self, frame: SensorFrame) -> Estimate:
+        """Register the frame's scans and answer with the pose at the frame's time."""
+        self.front.hear(frame.odometry, frame.imu)
+        for scan in frame.scans:
+            self._polished = None
+            self._register(scan)
+        return self._estimate(frame)
+
+    def snapshot(self) -> Snapshot:
+        """The map and the poses at scans so far."""
+        if self._polished is not None:
+            return Snapshot(self._polished.map, self._polished.trajectory)
+        if self._frozen is None:
+            shown = self.submaps.all + ([self._placed_next()] if self._next else [])
+            self._frozen = render(shown, self._settings.map.resolution).frozen_copy()
+        return Snapshot(self._frozen, self._path.trajectory(self.submaps.all))
+
+    def finish(self) -> None:
+        """Make the map anew from the kept scans, and refine it and the poses: `snapshot` shows it until another scan comes."""
+        if self._settings.mapping and len(self._path) > 0:
+            self._polished = polish(self._settings.polish, self._settings.map, self.submaps.all, self._path)
+
+    def submaps_at(self, stamps: FloatArray) -> list[int]:
+        """The submap in which the robot was at each of the scans' stamps (N,)."""
+        rows = np.clip(np.searchsorted(self._path.stamps, stamps), 0, len(self._path) - 1)
+        return [int(number) for number in self._path.submaps[rows]]
+
+    def save(self, folder: Path) -> None:
+        """Keep the session in a folder.
+
+        Raises:
+            SessionError: it cannot be written.
+        """
+        if self._settings.mapping:
+            save_session(folder, self.submaps)
+
+    def resume(self, folder: Path) -> bool:
+        """Go on in the session that a folder holds; False where it holds none. To be called before the first frame.
+
+        Raises:
+            SessionError: it cannot be used.
+        """
+        submaps = load_session(folder, self._settings.map)
+        if submaps is None or len(submaps) == 0:
+            return False
+        self.submaps, self._closer = submaps, LoopCloser(self._settings.closing, submaps)
+        self.front.place(submaps[0].T_map_submap.inverse() @ self._start)
+        self._unplaced = True
+        return True
+
+    def _register(self, scan: LaserScan) -> None:
+        cloud = self.front.points(scan)
+        surfaces = self.submaps.use(self._current).surfaces if len(self.submaps) else None
+        pose = self.front.track(cloud, None if self._unplaced else surfaces)
+        if self._unplaced:
+            pose = self._find(cloud, pose)
+        if len(self.submaps) == 0:
+            pose = self._begin(scan.stamp)
+        self._path.append(scan.stamp, self._current, pose)
+        if len(cloud.points) > 0 and not self._unplaced and self._settings.keyframes.passes(self._inserted, pose):
+            self._keyframe(cloud, pose)
+
+    def _begin(self, stamp: float) -> SE2:
+        """The first submap lies where the robot starts."""
+        pose = self.front.T_local_base
+        self.submaps.add(Submap(0, stamp, self._start @ pose, self._settings.map))
+        self.front.rebase(pose.inverse())
+        return SE2()
+
+    def _find(self, cloud: PointScan, pose: SE2) -> SE2:
+        """Look for the robot in the session's submaps; `pose` until it is found."""
+        found = self._closer.anywhere(cloud, self.submaps[self._current].T_map_submap @ pose)
+        if found is None:
+            return pose
+        self._current, self._unplaced = found.submap, False
+        self.front.place(found.T_submap_base)
+        return found.T_submap_base
+
+    def _keyframe(self, cloud: PointScan, pose: SE2) -> None:
+        if self._settings.mapping:
+            self._frozen = None
+            self._insert(cloud, pose)
+        self._inserted = pose
+        current = self.submaps[self._current]
+        if self._settings.close_loops and (not self._covers(current, pose) or self._settings.attempts.passes(self._attempted, pose)):
+            self._attempted = pose
+            pose = self._recognise_others(cloud, pose)
+        if self._settings.mapping:
+            self._move_on(cloud, pose)
+
+    def _insert(self, cloud: PointScan, pose: SE2) -> None:
+        current = self.submaps[self._current]
+        self._too_large |= not current.insert(pose, cloud)
+        if self._inserted is not None:
+            step = self._inserted.inverse() @ pose
+            self._spacing += 0.1 * (math.hypot(step.x, step.y) - self._spacing)
+        self._keep(current, cloud, pose)
+        if self._next is not None:
+            T_next_base = self._next.T_current_next.inverse() @ pose
+            self._next.submap.insert(T_next_base, cloud)
+            if current.travelled >= self._settings.length:
+                self._keep(self._next.submap, cloud, T_next_base)
+
+    def _covers(self, submap: Submap, pose: SE2, margin: float = 0.0) -> bool:
+        """Whether a place lies in the submap's region, so far from its border [m]."""
+        s = self._settings
+        if math.hypot(pose.x, pose.y) > s.radius - margin:
+            return False
+        return submap.travelled < s.length - margin or submap.nearest_kept(pose) < s.near - 0.5 * margin
+
+    def _keep(self, submap: Submap, cloud: PointScan, pose: SE2) -> None:
+        """Keep the scan where the submap has none from nearby and is not full: the memory is bounded by the area."""
+        if submap.travelled < self._settings.length and submap.is_new(pose, self._settings.kept):
+            submap.keep(Keyframe(cloud.stamp, pose, cloud.points.astype(np.float32), cloud.origins.astype(np.float32)))
+
+    def _move_on(self, cloud: PointScan, pose: SE2) -> None:
+        """Begin the next submap towards the border of this one, and go over into it behind."""
+        s, current = self._settings, self.submaps[self._current]
+        if self._covers(current, pose, s.overlap):
+            self._next = None
+        elif self._next is None:
+            self._next = _Next(Submap(len(self.submaps), cloud.stamp, current.T_map_submap @ pose, s.map), pose)
+            self._next.submap.insert(SE2(), cloud)
+        if self._next is not None and not self._covers(current, pose):
+            self._adopt(self._next)
+
+    def _adopt(self, following: _Next) -> None:
+        """The next submap becomes the current one."""
+        T_current_next = following.T_current_next
+        self.submaps.add(self._placed_next())
+        steps = 1.0 + math.hypot(T_current_next.x, T_current_next.y) / max(self._spacing, 0.01)
+        body = to_body(self.front.covariance, self.front.T_local_base) * steps + self._settings.closing.slipping()
+        self.submaps.tie(Link(self._current, following.submap.number, T_current_next, body, closure=False))
+        self._enter(following.submap.number, T_current_next.inverse())
+
+    def _placed_next(self) -> Submap:
+        assert self._next is not None
+        self._next.submap.T_map_submap = self.submaps[self._current].T_map_submap @ self._next.T_current_next
+        return self._next.submap
+
+    def _enter(self, number: int, T_new_current: SE2) -> None:
+        """Go on in another submap."""
+        self.front.rebase(T_new_current)
+        self._current, self._next = number, None
+        self._inserted = None if self._inserted is None else T_new_current @ self._inserted
+        self._attempted = None if self._attempted is None else T_new_current @ self._attempted
+
+    def _recognise_others(self, cloud: PointScan, pose: SE2) -> SE2:
+        """Tie the current submap to others in which the scan is recognised; go over into an older one about the robot."""
+        s, here = self._settings, Here(self._current, pose, to_body(self.front.covariance, pose), cloud)
+        for found in self._closer.around(here, s.radius):
+            if s.mapping:
+                self._closer.close(found, here)
+                self._frozen = None
+            inside = self._covers(self.submaps[found.submap], found.T_submap_base, 0.5 * s.overlap)
+            left = not self._covers(self.submaps[self._current], pose)
+            if inside and found.known > s.entry_known and (found.submap < self._current or left):
+                self._enter(found.submap, found.T_submap_base @ pose.inverse())
+                return found.T_submap_base
+        return pose
+
+    def _estimate(self, frame: SensorFrame) -> Estimate:
+        if frame.scans or self.front.motion.newest != self._moved:  # a recording has many frames in which nothing moves
+            self._moved = self.front.motion.newest
+            self._place(frame.stamp)
+        pose, covariance = self._placed
+        reason = self._watch.silent(frame)
+        if self._too_large:
+            reason = "the map would be too large, it stays as it is"
+        if self.front.misses:
+            reason = "the scan does not match the map"
+        if self._unplaced:
+            reason = "the scan is not recognised in the session's map"
+        status = Status.LOST if self.front.lost or self._unplaced else Status.DEGRADED if reason else Status.TRACKING
+        health = self.front.match.inliers if self.front.match else 1.0
+        return Estimate(frame.stamp, pose, pose @ self.front.motion.wheels.inverse(), covariance, status, health, reason)
+
+    def _place(self, stamp: float) -> None:
+        """Pose in the map and its covariance: of the submap in the graph, and of the robot in the submap."""
+        T_local_base, covariance = self.front.at(stamp)
+        T_map_local = self.submaps[self._current].T_map_submap if len(self.submaps) else self._start
+        pose = T_map_local @ T_local_base
+        body = to_body(covariance, T_local_base)
+        if self._current > 0:
+            body = composed(self.submaps.relative(0)[self._current], T_local_base, body)
+        self._placed = (pose, from_body(body, pose))

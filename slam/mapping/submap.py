@@ -1,0 +1,143 @@
+"""One local map: a region of places, its grid in its own frame, and the scans kept for polishing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.errors import MapTooLargeError
+from slam.grid import OccupancyGrid
+from slam.mapping.compact_grid import CompactGrid
+from slam.mapping.grid_mapper import GridMapper, MapSettings
+from slam.mapping.keyframes import KeyframeGate
+from slam.matching.surface_field import SurfaceField
+from slam.scans import PointScan
+from slam.se2 import SE2, FloatArray
+
+FREE = -0.8
+"""Log-odds of a cell that is surely free: four misses."""
+NEAR = 0.2
+"""A point farther than this from every surface, in free space, contradicts the map [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Keyframe:
+    """A scan that is kept."""
+
+    stamp: float
+    T_submap_base: SE2
+    points: NDArray[np.float32]
+    """(M, 2) in base [m]."""
+    origins: NDArray[np.float32]
+    """(M, 2) in base [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How a scan fits a local map at a pose, as shares of its points."""
+
+    known: float
+    """In cells that the map knows."""
+    contradicting: float
+    """In free space, far from every surface."""
+
+
+class Submap:
+    """Its origin is where the robot was when it was begun."""
+
+    def __init__(self, number: int, stamp: float, T_map_submap: SE2, settings: MapSettings) -> None:
+        self.number = number
+        self.stamp = stamp
+        """Of the scan at its origin [s]."""
+        self.T_map_submap = T_map_submap
+        self.keyframes: list[Keyframe] = []
+        self.scans = 0
+        """Inserted so far."""
+        self.travelled = 0.0
+        """Way between its kept scans, in the order in which they came [m]."""
+        self._places: FloatArray = np.empty((0, 3))  # of the kept scans
+        self._settings = settings
+        self._mapper: GridMapper | None = GridMapper(settings)
+        self._compact: CompactGrid | None = None
+
+    @classmethod
+    def restore(cls, origin: tuple[int, float, SE2], settings: MapSettings, compact: CompactGrid, keyframes: list[Keyframe]) -> Submap:
+        """As it was saved; `origin` is its number, stamp and pose."""
+        submap = cls(*origin, settings)
+        submap._mapper, submap._compact, submap.scans = None, compact, len(keyframes)
+        for keyframe in keyframes:
+            submap.keep(keyframe)
+        return submap
+
+    @property
+    def mapper(self) -> GridMapper:
+        """The grid, unpacked."""
+        if self._mapper is None:
+            self._mapper = GridMapper(self._settings, self._compact.grid() if self._compact else None)
+        return self._mapper
+
+    @property
+    def surfaces(self) -> SurfaceField:
+        """What scans are matched to."""
+        return self.mapper.field
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """Unpacked."""
+        return self.mapper.grid
+
+    def compact(self) -> CompactGrid:
+        """Packed, made once per change."""
+        if self._compact is None:
+            self._compact = CompactGrid.of(self.mapper.grid)
+        return self._compact
+
+    def pack(self) -> None:
+        """Give back the memory that only matching needs."""
+        self.compact()
+        self._mapper = None
+
+    def insert(self, T_submap_base: SE2, cloud: PointScan) -> bool:
+        """Insert a scan; False when the map would become too large."""
+        try:
+            self.mapper.insert(T_submap_base, cloud.points, cloud.origins)
+        except MapTooLargeError:
+            return False
+        self._compact = None
+        self.scans += 1
+        return True
+
+    def keep(self, keyframe: Keyframe) -> None:
+        """Keep a scan."""
+        place = keyframe.T_submap_base.as_array()
+        if self.keyframes:
+            self.travelled += float(np.hypot(*(place - self._places[-1])[:2]))
+        self.keyframes.append(keyframe)
+        self._places = np.vstack([self._places, place])
+
+    def is_new(self, T_submap_base: SE2, gate: KeyframeGate) -> bool:
+        """Whether no kept scan lies within the gate of a pose."""
+        turn = np.abs(np.remainder(self._places[:, 2] - T_submap_base.yaw + np.pi, 2.0 * np.pi) - np.pi)
+        return not bool(np.any((self._distances(T_submap_base) < gate.distance) & (turn < gate.yaw)))
+
+    def nearest_kept(self, T_submap_base: SE2) -> float:
+        """Distance to the nearest kept scan [m]; inf without one."""
+        return float(self._distances(T_submap_base).min(initial=np.inf))
+
+    def _distances(self, T_submap_base: SE2) -> FloatArray:
+        return np.hypot(self._places[:, 0] - T_submap_base.x, self._places[:, 1] - T_submap_base.y)
+
+    def agreement(self, T_submap_base: SE2, points: FloatArray) -> Agreement:
+        """How points (M, 2) in base fit the map."""
+        if len(points) == 0:
+            return Agreement(0.0, 0.0)
+        geometry = self.grid.geometry
+        cells = geometry.to_cells(T_submap_base.transform(points))
+        cells = cells[geometry.contains(cells)]
+        log_odds = self.grid.log_odds[cells[:, 0], cells[:, 1]]
+        squares = self.surfaces.squares[cells[:, 0], cells[:, 1]]
+        known = (log_odds != 0.0) | (squares <= 4)
+        astray = (log_odds < FREE) & (squares > (NEAR / geometry.resolution) ** 2)
+        return Agreement(float(known.sum()) / len(points), float(astray.sum()) / len(points))
