@@ -54,6 +54,13 @@ class MapFileError(SlamError):
         super().__init__(f"map file {path}: {problem}")
 
 
+class KnownMapError(SlamError):
+    """A map in which nothing can be localised."""
+
+    def __init__(self, problem: str) -> None:
+        super().__init__(f"map: {problem}")
+
+
 class TrajectoryError(SlamError):
     """Trajectories that cannot be compared or read."""
 

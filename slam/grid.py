@@ -90,6 +90,10 @@ class OccupancyGrid:
         """Cells at or above map_server's occupied threshold, (height, width)."""
         return self.log_odds >= _log_odds(OCCUPIED_THRESHOLD)
 
+    def likely(self) -> NDArray[np.bool_]:
+        """Cells that are rather occupied than free, (height, width)."""
+        return self.log_odds > 0.0
+
     def likely_at(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Which of the flat cells (K,) are rather occupied than free, (K,)."""
         return self.log_odds.reshape(-1)[cells] > 0.0

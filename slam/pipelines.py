@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from slam.errors import UnknownNameError
+from slam.localization.known_map import KnownMap
 from slam.mapping.icp_odometry import IcpOdometry
 from slam.mapping.lidar import Lidar
 from slam.mapping.lidar_slam import LidarSlam
@@ -68,6 +69,14 @@ class PipelineSettings(Protocol):
         ...
 
 
+class LocalizerSettings(Protocol):
+    """A frozen dataclass of parameters that builds a pipeline which localises the robot in a finished map."""
+
+    def build(self, known_map: KnownMap, T_map_base: SE2 | None = None) -> Pipeline:
+        """Make the pipeline; the robot starts near `T_map_base`, or anywhere in the map when it is None."""
+        ...
+
+
 PIPELINES: dict[str, type[PipelineSettings]] = {
     "odometry": Odometry,
     "icp_odometry": IcpOdometry,
@@ -77,10 +86,16 @@ PIPELINES: dict[str, type[PipelineSettings]] = {
 }
 """name -> frozen dataclass of parameters."""
 
+LOCALIZERS: dict[str, type[LocalizerSettings]] = {}
+"""name -> frozen dataclass of parameters of those that need a map."""
 
-def warm_up(settings: PipelineSettings) -> None:
-    """Compile the pipeline's kernels, or load them from the disk, so that the first scan of a run does not wait for it."""
-    pipeline, angles = settings.build(), np.linspace(-2.0, 2.0, 90)
+
+def warm_up(pipeline: Pipeline) -> None:
+    """Compile the kernels of such a pipeline, or load them from the disk, so that the first scan of a run does not wait for it.
+
+    The pipeline itself is spoilt: give a fresh one that is not used any more.
+    """
+    angles = np.linspace(-2.0, 2.0, 90)
     for k in range(4):
         stamp = 0.1 * k
         odometry = tuple(WheelOdometry(stamp + 0.02 * i, SE2(0.5 * (stamp + 0.02 * i))) for i in range(5))
@@ -90,11 +105,11 @@ def warm_up(settings: PipelineSettings) -> None:
 
 
 def pipeline_settings(name: str) -> type[PipelineSettings]:
-    """The pipeline's parameter class.
+    """The parameter class of a pipeline that makes its own map, if any.
 
     Raises:
         UnknownNameError: no such pipeline; the message lists those there are.
     """
     if name not in PIPELINES:
-        raise UnknownNameError("pipeline", name, sorted(PIPELINES))
+        raise UnknownNameError("pipeline", name, sorted([*PIPELINES, *LOCALIZERS]))
     return PIPELINES[name]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from slam.grid import OccupancyGrid
 from slam.messages import Trajectory
+from slam.se2 import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,3 +19,5 @@ class Snapshot:
     """Read-only copy of the map so far."""
     trajectory: Trajectory
     """`T_map_base` at every scan, with all corrections so far."""
+    particles: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    """(N, 4) of x, y [m], yaw [rad], weight: what a particle filter believes, in the map."""

@@ -65,9 +65,10 @@ def curves(run: RunRecord) -> tuple[Curve, Curve]:
 
 def _errors(run: RunRecord, truth: Trajectory) -> list[_Errors]:
     errors: list[_Errors] = []
-    for name, colour, trajectory in (("odometry", palette.ODOMETRY, run.odometry), ("estimate", palette.ESTIMATE, run.estimate)):
+    lines = (("odometry", palette.ODOMETRY, run.odometry, None), ("estimate", palette.ESTIMATE, run.estimate, run.T_world_map))
+    for name, colour, trajectory, place in lines:
         if len(trajectory) > 0:
-            scored = aligned_errors(truth, trajectory)
+            scored = aligned_errors(truth, trajectory, place)
             errors.append(_Errors(name, colour, scored.stamps - run.estimate.stamps[0], scored.errors.translation, scored.errors.heading))
     return errors
 

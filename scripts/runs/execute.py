@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from scripts.runs.body import Truth, is_twin, known_truth, live_truth, make_robo
 from scripts.runs.files import OutputError
 from scripts.runs.folder import config_of, prepare, results_folder, write_measurements, write_report
 from scripts.runs.interruption import interruptible
+from scripts.runs.known_map import GivenMap, read_given_map
 from scripts.runs.loop import Loop, RunLog
 from scripts.runs.metrics import Timing, compute_metrics
 from scripts.runs.options import RunOptions
@@ -30,12 +32,13 @@ from scripts.runs.parameters import read_parameters
 from scripts.runs.progress import progress_bar
 from scripts.runs.record import RunRecord
 from sim.errors import SimError
-from slam.errors import SlamError
+from slam.errors import SlamError, UnknownNameError
 from slam.evaluation.visibility import View
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
-from slam.pipelines import Finishing, Pipeline, PipelineSettings, Resumable, pipeline_settings, warm_up
+from slam.pipelines import LOCALIZERS, PIPELINES, Finishing, LocalizerSettings, Pipeline, PipelineSettings, Resumable, warm_up
 from slam.se2 import SE2
+from worlds.loader import load_world
 
 SIMULATED = 60.0
 """Length of a simulated run when none is given [s]."""
@@ -63,6 +66,7 @@ class _Run:
     policy: Policy
     duration: float
     """[s]; inf: as long as there is more."""
+    given: GivenMap | None = None
 
 
 def execute(options: RunOptions) -> Finished:
@@ -71,7 +75,7 @@ def execute(options: RunOptions) -> Finished:
     Raises:
         UsageError, HardwareError, SimError, SlamError, WorldError, OutputError: with one line that says what to do.
     """
-    settings = read_parameters(pipeline_settings(options.pipeline), options.params)
+    settings = _settings(options)
     run, log, failure, interrupted = _assemble(options, settings), RunLog(), None, False
     prepare(run.folder, config_of(options, settings))
     try:
@@ -95,19 +99,19 @@ def measure(options: RunOptions, faults: Sequence[Fault] = ()) -> RunRecord:
     Raises:
         UsageError, HardwareError, SimError, SlamError, WorldError: with one line that says what to do.
     """
-    run, log = _assemble(options, read_parameters(pipeline_settings(options.pipeline), options.params), faults), RunLog()
+    run, log = _assemble(options, _settings(options), faults), RunLog()
     _drive(run, log, lambda: False)
     return _scored(_gathered(run, log, _truth(run, log)), log)
 
 
-def start_pose(options: RunOptions) -> SE2:
-    """`T_map_base` at the start.
+def start_pose(options: RunOptions) -> SE2 | None:
+    """`T_map_base` at the start; None when it is not told.
 
     Raises:
         UsageError: it is not finite or too far away.
     """
     if options.start is None:
-        return SE2()
+        return None
     x, y, yaw_deg = options.start
     if not (math.hypot(x, y) <= FARTHEST_START and math.isfinite(yaw_deg)):
         raise UsageError(
@@ -116,15 +120,42 @@ def start_pose(options: RunOptions) -> SE2:
     return SE2(x, y, math.radians(yaw_deg))
 
 
-def _assemble(options: RunOptions, settings: PipelineSettings, faults: Sequence[Fault] = ()) -> _Run:
+def _settings(options: RunOptions) -> PipelineSettings | LocalizerSettings:
+    classes = LOCALIZERS if options.pipeline in LOCALIZERS else PIPELINES
+    if options.pipeline not in classes:
+        raise UnknownNameError("pipeline", options.pipeline, sorted([*PIPELINES, *LOCALIZERS]))
+    return read_parameters(classes[options.pipeline], options.params)
+
+
+def _assemble(options: RunOptions, settings: PipelineSettings | LocalizerSettings, faults: Sequence[Fault] = ()) -> _Run:
     start, duration = start_pose(options), _duration(options)
     robot = befall(make_robot(options), tuple(faults), options.seed) if faults else make_robot(options)
-    policy = make_policy(policy_name(options, robot), route(options, start))
-    pipeline = settings.build(start)
+    given = _given_map(options)
+    build = _builder(settings, given, start)
+    T_map_start = start or SE2()
+    if given is not None and is_twin(options):
+        T_map_start = given.T_world_map.inverse() @ SE2(*load_world(options.world).start)
+    policy = make_policy(policy_name(options, robot), route(options, T_map_start))
+    pipeline = build()
     if options.session is not None:
         session_of(pipeline, options).resume(options.session)
-    warm_up(settings)
-    return _Run(options, results_folder(options), robot, pipeline, policy, duration)
+    warm_up(build())
+    return _Run(options, results_folder(options), robot, pipeline, policy, duration, given)
+
+
+def _builder(settings: PipelineSettings | LocalizerSettings, given: GivenMap | None, start: SE2 | None) -> Callable[[], Pipeline]:
+    if given is None:
+        return lambda: cast("PipelineSettings", settings).build(start)
+    return lambda: cast("LocalizerSettings", settings).build(given.known, start)
+
+
+def _given_map(options: RunOptions) -> GivenMap | None:
+    needed = options.pipeline in LOCALIZERS
+    if needed and options.map is None:
+        raise UsageError(f"the pipeline '{options.pipeline}' localises in a map: give --map with the folder of a run that made one")
+    if not needed and options.map is not None:
+        raise UsageError(f"--map: the pipeline '{options.pipeline}' makes its own map; localizers are {', '.join(sorted(LOCALIZERS))}")
+    return None if options.map is None else read_given_map(options.map)
 
 
 def session_of(pipeline: Pipeline, options: RunOptions) -> Resumable:
@@ -191,6 +222,7 @@ def _gathered(run: _Run, log: RunLog, truth: Truth | None) -> RunRecord:
         key_frames=tuple(log.key_frames),
         view=View(lidar.range_max, float(lidar.angles[0]), float(lidar.angles[-1])) if lidar else View(),
         T_base_laser=lidar.T_base_laser.to_se2() if lidar else SE2(),
+        T_world_map=run.given.T_world_map if run.given else None,
     )
 
 

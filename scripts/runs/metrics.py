@@ -15,6 +15,9 @@ from slam.evaluation.visibility import visible_walls
 from slam.messages import Status, Trajectory
 from slam.se2 import SE2, FloatArray
 
+PLACE_OF_MAP = ("T_world_map_x_m", "T_world_map_y_m", "T_world_map_yaw_rad")
+"""Where the map of a run lies in the world: who is localised in it is scored by this."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timing:
@@ -28,7 +31,7 @@ class Timing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AlignedErrors:
-    """Errors of a trajectory after SE(2) alignment without scale."""
+    """Errors of a trajectory after SE(2) alignment without scale, or where its map is known to lie."""
 
     stamps: FloatArray
     """(N,) [s]"""
@@ -36,15 +39,27 @@ class AlignedErrors:
     T_truth_estimate: SE2
 
 
-def aligned_errors(truth: Trajectory, estimate: Trajectory) -> AlignedErrors:
-    """Errors at every estimate that the truth covers.
+def aligned_errors(truth: Trajectory, estimate: Trajectory, T_truth_estimate: SE2 | None = None) -> AlignedErrors:
+    """Errors at every estimate that the truth covers; aligned to it when its frame is not known.
 
     Raises:
         TrajectoryError: the truth covers none.
     """
     paired_truth, paired_estimate = interpolate_truth(truth, estimate)
-    T_truth_estimate = align(paired_truth, paired_estimate)
+    if T_truth_estimate is None:
+        T_truth_estimate = align(paired_truth, paired_estimate)
     return AlignedErrors(paired_truth.stamps, absolute_errors(paired_truth, paired_estimate, T_truth_estimate), T_truth_estimate)
+
+
+def place_of_map(record: RunRecord, truth: Trajectory) -> SE2:
+    """`T_world_map`: as it is known, else by aligning the corrected trajectory.
+
+    Raises:
+        TrajectoryError: truth and estimate do not overlap in time.
+    """
+    if record.T_world_map is not None:
+        return record.T_world_map
+    return aligned_errors(truth, record.final if len(record.final) > 0 else record.estimate).T_truth_estimate
 
 
 def compute_metrics(record: RunRecord, timing: Timing) -> dict[str, float]:
@@ -76,7 +91,7 @@ def _progress(record: RunRecord, timing: Timing) -> dict[str, float]:
 
 
 def _pose_metrics(record: RunRecord, truth: Trajectory) -> dict[str, float]:
-    scored = aligned_errors(truth, record.estimate).errors
+    scored = aligned_errors(truth, record.estimate, record.T_world_map).errors
     position = Statistics.of(scored.translation)
     metrics = {
         "position_rmse_m": position.rmse,
@@ -93,11 +108,12 @@ def _pose_metrics(record: RunRecord, truth: Trajectory) -> dict[str, float]:
 
 
 def _map_metrics(record: RunRecord, truth: Trajectory, walls: FloatArray) -> dict[str, float]:
-    T_world_map = aligned_errors(truth, record.final if len(record.final) > 0 else record.estimate).T_truth_estimate
+    T_world_map = place_of_map(record, truth)
     laser = compose(truth.poses, np.tile(record.T_base_laser.as_array(), (len(truth), 1)))
     visible = visible_walls(walls, laser, record.view)
     return {
         "wall_rms_m": wall_rms(record.map, walls, T_world_map),
         "wall_recall": wall_recall(record.map, visible, T_world_map),
         "iou": iou(record.map, walls, visible, T_world_map),
+        **dict(zip(PLACE_OF_MAP, T_world_map.as_array().tolist(), strict=True)),
     }

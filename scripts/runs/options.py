@@ -32,13 +32,17 @@ class RunOptions:
     `rbpf` is a particle filter over maps."""
     params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None
     """TOML file with parameters of the pipeline; config.toml of any run shows them all under [parameters] and can be given here."""
+    map: Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="(default: none)")] = None
+    """Map to localise in: the folder of a run, whose map.yaml is taken, or the .yaml of any map_server map."""
     session: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="(default: none, a new map)")] = None
     """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
     With `mapping = false` in --params the robot is only localised in it."""
     policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
     """What drives: `tour` follows the route of the world, `none` stands still; a recording cannot be driven."""
-    start: Annotated[tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin)")] = None
-    """Pose in the map at which the robot starts: x, y [m], yaw [deg]."""
+    start: Annotated[
+        tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin; in a --map: unknown)")
+    ] = None
+    """Pose in the map at which the robot starts: x, y [m], yaw [deg]. A localizer that is not told finds it."""
     duration: Annotated[float | None, arg(metavar="S", help_behavior_hint="(default: 60; the whole of a recording)")] = None
     """Length of the run [s], in the robot's time."""
     seed: Annotated[int, arg(metavar="N")] = 0

@@ -48,4 +48,6 @@ class RunRecord:
     key_frames: tuple[KeyFrame, ...] = ()
     view: View = field(default_factory=View)
     T_base_laser: SE2 = field(default_factory=SE2)
+    T_world_map: SE2 | None = None
+    """Where a map that was given lies in the world; None: estimates are scored after alignment."""
     metrics: Mapping[str, float] = field(default_factory=dict)

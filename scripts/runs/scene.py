@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scripts.runs.metrics import aligned_errors
+from scripts.runs.metrics import place_of_map
 from scripts.runs.record import RunRecord
 from slam.evaluation.poses import sample, transform
 from slam.messages import Trajectory
@@ -36,7 +36,7 @@ def lay_out(record: RunRecord) -> Scene:
     Raises:
         TrajectoryError: truth and estimate do not overlap in time.
     """
-    T_world_map = SE2() if record.truth is None or len(record.estimate) == 0 else _alignment(record, record.truth)
+    T_world_map = SE2() if record.truth is None or len(record.estimate) == 0 else place_of_map(record, record.truth)
     estimate = _moved(T_world_map, record.estimate)
     walls = np.empty((0, 4)) if record.walls is None else record.walls
     return Scene(
@@ -55,10 +55,6 @@ def start_of_odometry(record: RunRecord) -> SE2:
         return SE2()
     T_odom_base = SE2.from_array(sample(record.odometry, record.estimate.stamps[:1])[0])
     return SE2.from_array(record.estimate.poses[0]) @ T_odom_base.inverse()
-
-
-def _alignment(record: RunRecord, truth: Trajectory) -> SE2:
-    return aligned_errors(truth, record.final if len(record.final) > 0 else record.estimate).T_truth_estimate
 
 
 def _moved(T_world_frame: SE2, trajectory: Trajectory) -> Trajectory:

@@ -13,8 +13,8 @@ from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 
 Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
 """Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
-COARSE = 75
-"""So many points show the way; all of them are asked at the end."""
+COARSE, SLOPE = 150, 75
+"""So many points show the way and measure the slope; all of them are asked at the end."""
 STEP = 0.02
 """Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
 
@@ -49,8 +49,8 @@ def match(
     pose = start.copy()
     H, g = np.zeros((3, 3)), np.zeros(3)
     few = max(1, len(points) // COARSE)
-    converged, n = False, 0
-    while n < iterations and not converged:
+    largest, n = np.inf, 0
+    while n < iterations:
         n += 1
         normal_equations((points, few), pose, field, (kernel, lone), H, g)
         S = inverse(H + information)
@@ -62,9 +62,11 @@ def match(
             step = S[i, 0] * g[0] + S[i, 1] * g[1] + S[i, 2] * g[2]
             pose[i] -= step
             largest = max(largest, abs(step))
-        converged = kernel == kernel_last and largest < tolerance
+        if kernel == kernel_last and largest < tolerance:
+            break
         kernel = max(kernel_last, shrink * kernel)
-    return _settled(points, pose, (mean, prior[1]), field, (kernel_last, lone), noise, (converged, n))
+    # a point that hops between two surfaces keeps the last steps above the tolerance, but below 2 cm
+    return _settled(points, pose, (mean, prior[1]), field, (kernel_last, lone), noise, (largest < 20.0 * tolerance, n))
 
 
 @njit
@@ -80,7 +82,7 @@ def _settled(
     """The last steps, with all points, and the covariance; as `match`."""
     converged, n = so_far
     blocks, rms, share = _blocks(points, pose, field, kernel)
-    fisher, stride = UNBOUNDED, max(1, len(points) // COARSE)
+    fisher, stride = UNBOUNDED, max(1, len(points) // SLOPE)
     if narrow(blocks):  # a corridor, of which a few beams may see the end: seldom, and it takes as long again
         fisher, stride = turned(scan_information(points, RANGE_NOISE), pose[2]), 1
     slope = _slope((points, stride), pose, field, kernel)

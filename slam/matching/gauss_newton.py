@@ -37,7 +37,7 @@ class GaussNewton:
     """Smallest standard deviation believed of one residual [m]."""
     correlated_beams: float = 10.0
     """Neighbouring beams share the map's errors: beside the prior this many count as one independent residual."""
-    systematic: float = 0.2
+    systematic: float = 0.15
     """Share of the residual that half a metre of wall has in common beyond what is seen of it: the ranges' own bias."""
 
     def __post_init__(self) -> None:

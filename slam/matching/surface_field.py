@@ -21,8 +21,14 @@ NEIGHBOURHOODS = (0.10, 0.20, 0.40, 0.60)
 class SurfaceField:
     """Nearest surfaces of one occupancy grid, kept up to date cell by cell."""
 
-    def __init__(self, grid: OccupancyGrid, reach: float = 0.6) -> None:
-        """Build the field of a grid; cells farther than `reach` [m] from any surface have none."""
+    def __init__(self, grid: OccupancyGrid, reach: float = 0.6, facing: NDArray[np.float32] | None = None) -> None:
+        """Build the field of a grid; cells farther than `reach` [m] from any surface have none.
+
+        Args:
+            grid: the map.
+            reach: [m]
+            facing: (H, W, 2) as the attribute, where it is known.
+        """
         self.radius = max(1, round(reach / grid.geometry.resolution))
         self.resolution = grid.geometry.resolution
         self._reaches: NDArray[np.int64] = np.ceil(np.array(NEIGHBOURHOODS) / self.resolution - 1e-9).astype(np.int64)
@@ -36,7 +42,7 @@ class SurfaceField:
         """(H, W) squared distance to it in cells, radius^2 + 1 for none."""
         self.surfaces: NDArray[np.float32] = np.zeros((*shape, 5), np.float32)
         """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
-        self.facing: NDArray[np.float32] = np.zeros((*shape, 2), np.float32)
+        self.facing: NDArray[np.float32] = np.zeros((*shape, 2), np.float32) if facing is None else facing
         """(H, W, 2) mean unit vector from the hits of a cell towards where they were seen from; 0 where that is not known."""
         self.update(grid, np.arange(grid.log_odds.size))
 

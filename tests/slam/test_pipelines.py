@@ -290,5 +290,5 @@ def test_an_unknown_pipeline_lists_the_known_ones() -> None:
 
 def test_a_warm_up_leaves_no_trace() -> None:
     settings = pipeline_settings("lidar")()
-    warm_up(settings)
+    warm_up(settings.build())
     assert len(settings.build().snapshot().trajectory) == 0

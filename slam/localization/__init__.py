@@ -1,0 +1,1 @@
+"""The answers to where the robot is in a map that is known."""
