@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from scripts.bench.row import Row
-from scripts.bench.world_drives import Drive, drive, drive_tour, tour_frames
 from scripts.errors import UsageError
+from scripts.experiments.drive import Course, Drive
 from scripts.runs.execute import execute
 from scripts.runs.options import RunOptions
 from slam.evaluation.maps import distance_to_walls
@@ -36,7 +36,7 @@ def run(smoke: bool) -> list[Row]:
     Raises:
         UsageError: the recordings are not there.
     """
-    tours = {world: drive_tour(world, 20.0 if smoke else 380.0) for world in (WORLDS[:1] if smoke else WORLDS)}
+    tours = {world: Course(world, 20.0 if smoke else 380.0).drive() for world in (WORLDS[:1] if smoke else WORLDS)}
     rows = _intel(smoke) + _closures(tours) + _turn() + _people(smoke) + _drift(smoke)
     return rows + _corridor(smoke) + _soak(120.0 if smoke else 3600.0)
 
@@ -100,7 +100,7 @@ def _link_errors(pipeline: LidarSlamPipeline, tour: Drive) -> list[tuple[float, 
 
 def _revisits(pipeline: LidarSlamPipeline, tour: Drive) -> tuple[int, int]:
     """Scans that see again what a scan 10 s before saw: those tied to one of these, and all."""
-    scans, closed, there = tour.scans(0.5), 0, 0
+    scans, closed, there = tour.spaced_scans(0.5), 0, 0
     submaps = pipeline.submaps_at(np.array([scan.stamp for scan in scans]))
     for j, now in enumerate(scans):
         seen = [i for i, before in enumerate(scans[:j]) if now.stamp - before.stamp >= 10.0 and tour.shared(before, now) >= 0.5]
@@ -116,7 +116,7 @@ def _rmse(truth: Trajectory, estimate: Trajectory) -> float:
 
 def _turn() -> list[Row]:
     """Heading error after one turn on the spot at 2 rad/s, from the difference between its two ends."""
-    spin = drive("aruco_room", 1.0 + math.tau / 2.0, lambda now, _: Twist(0.0, 2.0) if now > 1.0 else Twist())
+    spin = Course("aruco_room", 1.0 + math.tau / 2.0).drive(lambda now, _: Twist(0.0, 2.0) if now > 1.0 else Twist())
     trajectory = follow(LidarSlam().build(), spin.frames)
     ends = [SE2.from_array(trajectory.poses[k]) for k in (0, -1)]
     true = [spin.pose(float(trajectory.stamps[k])) for k in (0, -1)]
@@ -138,7 +138,7 @@ def _people(smoke: bool) -> list[Row]:
 
 def _office(people: int, duration: float, seed: int) -> tuple[float, float]:
     """Position RMSE [m] and share of ghosts [%]."""
-    tour, pipeline = drive_tour(f"office:people={people}", duration, seed), LidarSlam().build()
+    tour, pipeline = Course(f"office:people={people}", duration, seed).drive(), LidarSlam().build()
     trajectory = follow(pipeline, tour.frames)
     T_world_map = align(*interpolate_truth(tour.truth, trajectory))
     hits = T_world_map.transform(pipeline.snapshot().map.wall_points())
@@ -147,7 +147,7 @@ def _office(people: int, duration: float, seed: int) -> tuple[float, float]:
 
 def _drift(smoke: bool) -> list[Row]:
     """Odometry withheld, closure off: error of all steps of 10 m in the office's rooms."""
-    tour = drive_tour("office", 30.0 if smoke else 190.0)
+    tour = Course("office", 30.0 if smoke else 190.0).drive()
     frames = [SensorFrame(frame.stamp, scans=frame.scans, available=frozenset({"scans"})) for frame in tour.frames]
     trajectory = follow(LidarSlam(close_loops=False).build(), frames)
     offsets, turns = _steps(tour, trajectory, 2.0 if smoke else 10.0)
@@ -179,7 +179,7 @@ def _steps(tour: Drive, trajectory: Trajectory, length: float) -> tuple[FloatArr
 
 def _corridor(smoke: bool) -> list[Row]:
     """Largest error along the axis, from the start, against wheel odometry's."""
-    tour = drive_tour("corridor", 20.0 if smoke else 45.0)
+    tour = Course("corridor", 20.0 if smoke else 45.0).drive()
     trajectory = follow(LidarSlam().build(), tour.frames)
     odometry = {reading.stamp: reading.T_odom_base for frame in tour.frames for reading in frame.odometry}
     wheels = Trajectory(np.array(list(odometry)), np.array([pose.as_array() for pose in odometry.values()]))
@@ -201,7 +201,7 @@ def _soak(duration: float) -> list[Row]:
 
 def _growth(duration: float, pipeline: Pipeline | None) -> float:
     half = 0.0
-    for frame in tour_frames("aruco_room", duration):
+    for frame in Course("aruco_room", duration).frames():
         if pipeline is not None:
             pipeline.update(frame)
         if half == 0.0 and frame.stamp > 0.5 * duration:

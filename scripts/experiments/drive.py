@@ -1,56 +1,124 @@
-"""A drive that every method of an experiment sees: frames from a twin that follows its tour by the truth."""
+"""A drive that every method of an experiment sees: what a twin said while it followed its tour, or a command, by the truth."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from hardware.registry import backend_class
 from scripts.runs.loop import PERIOD
-from sim.ground_truth import ground_truth
-from slam.messages import Estimate, LaserScan, SensorFrame, Trajectory
-from slam.navigation.policies import make_policy
+from sim.ground_truth import GroundTruth, ground_truth
+from sim.twin import TwinRobot
+from slam.evaluation.poses import sample, transform
+from slam.messages import LaserScan, SensorFrame, Trajectory, Twist
+from slam.navigation.tour import Tour, TourPolicy
+from slam.scans import deskew
 from slam.se2 import SE2, FloatArray
 from worlds.loader import load_world
 
+SAME = 0.15
+"""Two scans see the same point when it is so near to a hit of both, along the beam [m]."""
+STILL = Trajectory(np.empty(0), np.empty((0, 3)))
 
-@dataclass(frozen=True, slots=True, eq=False)
+Command = Callable[[float, SE2], Twist]
+"""From a time [s] and the true pose to a command."""
+
+
+@dataclass(frozen=True, eq=False)
 class Drive:
-    """What the sensors said, and the truth, seen from where the robot started."""
+    """What the sensors said, and the truth."""
 
     world: str
     frames: tuple[SensorFrame, ...]
     truth: Trajectory
-    """`T_start_base` at every scan."""
+    """`T_world_base` at every frame."""
     walls: FloatArray
-    """(N, 4) true walls x0 y0 x1 y1 [m] in the world."""
+    """(M, 4) true walls x0 y0 x1 y1 [m] at the lidar's height, in the world."""
 
     @property
     def scans(self) -> list[LaserScan]:
         """All scans, in order."""
         return [scan for frame in self.frames for scan in frame.scans]
 
+    @property
+    def start(self) -> SE2:
+        """`T_world_base` at the first frame."""
+        return SE2.from_array(self.truth.poses[0])
 
-def drive(world: str, seed: int, duration: float, realism: str = "datasheet", robot: str = "sim") -> Drive:
-    """Follow the world's tour for `duration` [s].
+    def pose(self, stamp: float) -> SE2:
+        """`T_world_base` at a time [s]."""
+        return SE2.from_array(sample(self.truth, np.array([stamp]))[0])
 
-    Raises:
-        SimError, WorldError: with one line that says what to do.
-    """
-    place = load_world(world)
-    T_start_world = SE2(*place.start).inverse()
-    policy = make_policy("tour", T_start_world.transform(np.array(place.tour, dtype=np.float64).reshape(-1, 2)))
-    frames: list[SensorFrame] = []
-    with backend_class(robot)(world=world, seed=seed, realism=realism).build() as body:
-        known = ground_truth(body)
-        while body.clock.now() < duration and body.clock.sleep_until(body.clock.now() + PERIOD):
-            frame = body.read()
-            frames.append(frame)
-            here = T_start_world @ known.pose(frame.stamp)
-            command = policy(frame, Estimate(frame.stamp, here, SE2(), np.zeros((3, 3))), None)
-            if command is not None:
-                body.drive(command)
-        stamps = [scan.stamp for frame in frames for scan in frame.scans]
-        poses = [(T_start_world @ known.pose(stamp)).as_array() for stamp in stamps]
-        return Drive(world, tuple(frames), Trajectory(np.array(stamps), np.array(poses).reshape(-1, 3)), known.segments())
+    def truth_at_scans(self) -> Trajectory:
+        """`T_start_base` at every scan, seen from where the world's tour starts."""
+        stamps = np.array([scan.stamp for scan in self.scans])
+        return Trajectory(stamps, transform(SE2(*load_world(self.world).start).inverse(), sample(self.truth, stamps)))
+
+    def spaced_scans(self, distance: float) -> list[LaserScan]:
+        """Scans so far apart [m], or as many radians."""
+        chosen: list[LaserScan] = []
+        last: SE2 | None = None
+        for scan in self.scans:
+            pose = self.pose(scan.stamp)
+            step = SE2(9.0) if last is None else last.inverse() @ pose
+            if np.hypot(step.x, step.y) >= distance or abs(step.yaw) >= distance:
+                chosen.append(scan)
+                last = pose
+        return chosen
+
+    def shared(self, before: LaserScan, now: LaserScan) -> float:
+        """Share of the beams of `now` that hit what `before` sees."""
+        points = deskew(now, STILL).points
+        T_laser = self.pose(before.stamp) @ before.T_base_laser.to_se2()
+        seen = (T_laser.inverse() @ self.pose(now.stamp)).transform(points)
+        bearing, distance = np.arctan2(seen[:, 1], seen[:, 0]), np.hypot(seen[:, 0], seen[:, 1])
+        ranges = np.where(np.isfinite(before.ranges), before.ranges, 1e3)
+        measured = np.interp(bearing, before.angles, ranges, left=1e3, right=1e3)
+        return float(np.mean(np.abs(measured - distance) < SAME)) if len(points) else 0.0
+
+
+@dataclass(frozen=True)
+class Course:
+    """Where a drive goes and on what."""
+
+    world: str
+    duration: float
+    """[s]"""
+    seed: int = 1
+    robot: str = "kinematic"
+    realism: str = "datasheet"
+    camera: str = "none"
+
+    def drive(self, command: Command | None = None) -> Drive:
+        """Drive the world's tour, round and round, or by what `command` says.
+
+        Raises:
+            SimError, WorldError: with one line that says what to do.
+        """
+        with self._body() as robot:
+            truth = ground_truth(robot)
+            frames = tuple(self._frames(robot, truth, command))
+            return Drive(self.world, frames, truth.trajectory(np.array([frame.stamp for frame in frames])), truth.segments())
+
+    def frames(self, command: Command | None = None) -> Iterator[SensorFrame]:
+        """The frames of such a drive, one after the other, that need not be kept."""
+        with self._body() as robot:
+            yield from self._frames(robot, ground_truth(robot), command)
+
+    def _body(self) -> TwinRobot:
+        return backend_class(self.robot)(world=self.world, seed=self.seed, realism=self.realism, camera=self.camera).build()  # pyright: ignore[reportReturnType]
+
+    def _frames(self, robot: TwinRobot, truth: GroundTruth, command: Command | None) -> Iterator[SensorFrame]:
+        command = command or on_tour(self.world)
+        while robot.clock.now() < self.duration and robot.clock.sleep_until(robot.clock.now() + PERIOD):
+            frame = robot.read()
+            yield frame
+            robot.drive(command(frame.stamp, truth.pose(frame.stamp)))
+
+
+def on_tour(world: str) -> Command:
+    """Follow the world's tour."""
+    policy = TourPolicy(Tour(), np.array(load_world(world).tour, dtype=np.float64))
+    return lambda _, T_world_base: policy.pursue(T_world_base)

@@ -14,7 +14,7 @@ from rich.table import Table
 from tyro.conf import arg
 
 from scripts.errors import UsageError
-from scripts.experiments.drive import Drive, drive
+from scripts.experiments.drive import Course, Drive
 from scripts.options import OptionalFile, parse
 from scripts.runs.files import write_text
 from slam.evaluation.poses import sample
@@ -87,7 +87,7 @@ def main(argv: list[str]) -> int:
     options = parse(IcpExperimentOptions, argv, "experiment icp")
     if not (math.isfinite(options.duration) and options.duration >= 1.0):
         raise UsageError(f"--duration {options.duration:g}: give at least 1 second")
-    course = drive(options.world, options.seed, options.duration)
+    course = Course(options.world, options.duration, options.seed, "sim").drive()
     guesses = ("odometry", "none") if options.guess == "both" else (options.guess,)
     outcomes = [run_variant(course, name, icp, guess, options.deskew) for guess in guesses for name, icp in VARIANTS.items()]
     Console(width=150).print(_table(options.world, outcomes))
@@ -100,7 +100,7 @@ def run_variant(course: Drive, name: str, icp: Icp, guess: str, undo_motion: boo
     """Match all pairs of consecutive scans of a drive."""
     wheels = wheel_poses(course)
     clouds = [deskew(scan, wheels if undo_motion else NO_MOTION).points for scan in course.scans]
-    steps = _steps(wheels, course.truth.stamps)
+    steps = _steps(wheels, np.array([scan.stamp for scan in course.scans]))
     began = time.perf_counter()
     pairs = zip(pairwise(clouds), steps, strict=True)
     matches = [icp.match(source, target, step if guess == "odometry" else SE2()) for (target, source), step in pairs]
@@ -121,13 +121,14 @@ def _steps(trajectory: Trajectory, stamps: FloatArray) -> list[SE2]:
 
 
 def _outcome(course: Drive, name: str, guess: str, matches: list[Match], milliseconds: float) -> Outcome:
-    poses = [SE2.from_array(course.truth.poses[0])]
+    truth = course.truth_at_scans()
+    poses = [SE2.from_array(truth.poses[0])]
     for match in matches:
         poses.append(poses[-1] @ match.T_target_source)
-    estimate = Trajectory(course.truth.stamps, np.array([pose.as_array() for pose in poses]))
-    step = relative_errors(course.truth, estimate, pairs_by_frames(len(estimate), 1))
-    legs = pairs_by_distance(course.truth, LEG)
-    leg = relative_errors(course.truth, estimate, legs if len(legs) else np.array([[0, len(estimate) - 1]]))
+    estimate = Trajectory(truth.stamps, np.array([pose.as_array() for pose in poses]))
+    step = relative_errors(truth, estimate, pairs_by_frames(len(estimate), 1))
+    legs = pairs_by_distance(truth, LEG)
+    leg = relative_errors(truth, estimate, legs if len(legs) else np.array([[0, len(estimate) - 1]]))
     return Outcome(
         name,
         guess,
