@@ -16,13 +16,13 @@ from scripts.bench.row import Row
 from scripts.bench.still_scans import StillPair, StillScans
 from sim.ground_truth import ground_truth
 from sim.robot import Sim
-from slam.mapping.dead_reckoning import DeadReckoning
 from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.localizability import Localizability
 from slam.matching.match import Match
 from slam.matching.matchers import MATCHERS
 from slam.matching.plicp import PlIcp
+from slam.motion.dead_reckoning import DeadReckoning
 from slam.navigation.tour import Tour, TourPolicy
 from slam.scans import PointScan, deskew
 from slam.se2 import SE2, wrap_angle

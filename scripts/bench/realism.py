@@ -18,8 +18,8 @@ from sim.lidar_errors import DATASHEET, LidarErrors
 from sim.motion import Motion
 from sim.realism import Realism
 from sim.robot import Sim
-from slam.mapping.dead_reckoning import DeadReckoning
 from slam.messages import Trajectory, Twist
+from slam.motion.dead_reckoning import DeadReckoning
 from slam.scans import deskew
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
-from slam.mapping.dead_reckoning import DeadReckoning
-from slam.mapping.motion_noise import MotionNoise
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.matching.surface_field import SurfaceField
 from slam.messages import Imu, LaserScan, Trajectory, WheelOdometry
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.motion_noise import MotionNoise
 from slam.scans import PointScan, Unveil, deskew
 from slam.se2 import SE2, FloatArray
 

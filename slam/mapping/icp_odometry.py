@@ -15,12 +15,12 @@ import numpy as np
 from slam.errors import require_positive
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.kernels import bresenham
-from slam.mapping.dead_reckoning import DeadReckoning
-from slam.mapping.scan_trajectory import ScanTrajectory
-from slam.mapping.sensor_watch import SensorWatch
 from slam.matching.icp import Icp
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.scan_trajectory import ScanTrajectory
+from slam.motion.sensor_watch import SensorWatch
 from slam.scans import deskew
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot

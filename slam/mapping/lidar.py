@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
-from slam.mapping.dead_reckoning import DeadReckoning
 from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
-from slam.mapping.keyframes import KeyframeGate
-from slam.mapping.motion_noise import MotionNoise
-from slam.mapping.scan_trajectory import ScanTrajectory
-from slam.mapping.sensor_watch import SensorWatch
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.keyframes import KeyframeGate
+from slam.motion.motion_noise import MotionNoise
+from slam.motion.scan_trajectory import ScanTrajectory
+from slam.motion.sensor_watch import SensorWatch
 from slam.scans import PointScan, Unveil, deskew
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot

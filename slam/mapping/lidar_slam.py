@@ -12,17 +12,17 @@ from slam.errors import require_not_negative, require_positive
 from slam.grid import OccupancyGrid
 from slam.mapping.front_end import FrontEnd, Tracking
 from slam.mapping.grid_mapper import MapSettings
-from slam.mapping.keyframes import KeyframeGate
 from slam.mapping.loop_closing import Here, LoopCloser, LoopClosing
 from slam.mapping.polish import Polish, Polished, polish
 from slam.mapping.rendering import render
-from slam.mapping.sensor_watch import SensorWatch
 from slam.mapping.session import load_session, save_session
 from slam.mapping.submap import Keyframe, Submap
 from slam.mapping.submap_path import SubmapPath
 from slam.mapping.submaps import Link, Submaps
 from slam.mapping.uncertainty import composed, from_body, to_body
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.keyframes import KeyframeGate
+from slam.motion.sensor_watch import SensorWatch
 from slam.scans import PointScan
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slam.mapping.dead_reckoning import DeadReckoning
 from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
-from slam.mapping.keyframes import KeyframeGate
-from slam.mapping.motion_noise import MotionNoise
-from slam.mapping.scan_trajectory import ScanTrajectory
-from slam.mapping.sensor_watch import SensorWatch
 from slam.messages import Estimate, SensorFrame, Status
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.keyframes import KeyframeGate
+from slam.motion.motion_noise import MotionNoise
+from slam.motion.scan_trajectory import ScanTrajectory
+from slam.motion.sensor_watch import SensorWatch
 from slam.scans import Unveil, deskew
 from slam.se2 import SE2
 from slam.snapshot import Snapshot

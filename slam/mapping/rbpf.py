@@ -14,12 +14,12 @@ import numpy as np
 from slam.depth_scans import DepthScan, Source, scans_of
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import proposal
-from slam.mapping.dead_reckoning import DeadReckoning
-from slam.mapping.motion_noise import MotionNoise
 from slam.mapping.particle_maps import ParticleMaps
 from slam.mapping.particle_paths import ParticlePaths
-from slam.mapping.sensor_watch import SensorWatch
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.motion_noise import MotionNoise
+from slam.motion.sensor_watch import SensorWatch
 from slam.scans import PointScan, deskew
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot

@@ -11,8 +11,8 @@ from slam.errors import MapTooLargeError
 from slam.grid import OccupancyGrid
 from slam.mapping.compact_grid import CompactGrid
 from slam.mapping.grid_mapper import GridMapper, MapSettings
-from slam.mapping.keyframes import KeyframeGate
 from slam.matching.surface_field import SurfaceField
+from slam.motion.keyframes import KeyframeGate
 from slam.scans import PointScan
 from slam.se2 import SE2, FloatArray
 

@@ -1,5 +1,5 @@
-from slam.mapping.sensor_watch import SensorWatch
 from slam.messages import Imu, SensorFrame, WheelOdometry
+from slam.motion.sensor_watch import SensorWatch
 from slam.se2 import SE2
 
 BOTH = frozenset({"odometry", "imu"})

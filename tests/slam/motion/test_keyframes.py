@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from slam.mapping.keyframes import KeyframeGate
+from slam.motion.keyframes import KeyframeGate
 from slam.se2 import SE2
 
 GATE = KeyframeGate(distance=0.1, yaw=0.2)

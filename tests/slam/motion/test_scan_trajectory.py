@@ -1,6 +1,6 @@
 import numpy as np
 
-from slam.mapping.scan_trajectory import ScanTrajectory
+from slam.motion.scan_trajectory import ScanTrajectory
 from slam.se2 import SE2
 
 

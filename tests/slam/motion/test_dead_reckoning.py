@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from slam.mapping.dead_reckoning import HISTORY, SILENCE, STANDSTILL, DeadReckoning
 from slam.messages import Imu, WheelOdometry
+from slam.motion.dead_reckoning import HISTORY, SILENCE, STANDSTILL, DeadReckoning
 from slam.se2 import SE2
 
 PERIOD, GYRO_PERIOD = 0.02, 0.01

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.evaluation.poses import compose
-from slam.mapping.motion_noise import MotionNoise
+from slam.motion.motion_noise import MotionNoise
 from slam.se2 import SE2, FloatArray
 
 NOISE = MotionNoise()

@@ -1,0 +1,1 @@
+"""How the robot has moved by its own sensors, between the scans."""
