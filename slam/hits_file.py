@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from slam.atomic_file import replacing
+from slam.errors import MapFileError
 from slam.grid import OccupancyGrid
 
 _log = logging.getLogger(__name__)
@@ -18,23 +19,21 @@ def write_hits(grid: OccupancyGrid, path: Path) -> None:
     """Write the hits of the occupied cells, whole or not at all.
 
     Raises:
-        OSError: it cannot be written.
+        MapFileError: it cannot be written.
     """
     cells = np.flatnonzero(grid.occupied())
-    with replacing(path) as partial:
-        np.savez_compressed(
-            partial,
-            shape=np.array(grid.log_odds.shape),
-            cells=cells,
-            count=grid.hit_count.reshape(-1)[cells],
-            offset=grid.hit_offset.reshape(-1, 2)[cells],
-        )
+    count, offset = grid.hit_count.reshape(-1)[cells], grid.hit_offset.reshape(-1, 2)[cells]
+    try:
+        with replacing(path) as partial:
+            np.savez_compressed(partial, shape=np.array(grid.log_odds.shape), cells=cells, count=count, offset=offset)
+    except OSError as error:
+        raise MapFileError(path, f"cannot be written: {error.strerror}") from error
 
 
 def add_hits(grid: OccupancyGrid, path: Path) -> None:
     """Put the hits of a file into the cells that are still occupied; without a file, or with one of another map, nothing changes."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             shape, cells, count, offset = (file[name] for name in ("shape", "cells", "count", "offset"))
         if tuple(shape) != grid.log_odds.shape or len(offset) != len(cells) or len(count) != len(cells):
             raise ValueError("it belongs to a map of another size")

@@ -11,18 +11,17 @@ from PIL import Image
 from slam.atomic_file import replacing
 from slam.errors import MapFileError
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
-from slam.hits_file import add_hits, write_hits
+from slam.hits_file import add_hits
 from slam.map_description import MapDescription, description_text, read_description
 from slam.se2 import SE2, FloatArray
 
-HITS = ".hits.npz"
 FREE_PIXEL, OCCUPIED_PIXEL, UNKNOWN_PIXEL = 254, 0, 205
 
 
 def read_map(yaml_path: Path) -> OccupancyGrid:
     """Read a map by nav2's rules, but that 205 is unknown in `trinary` whatever the thresholds (nav2's own 0.25 would free it).
 
-    Every occupied cell counts as one hit at its centre, unless `write_map` has left the hits beside it. `scale` and `raw` give
+    Every occupied cell counts as one hit at its centre, unless `slam.hits_file` has left the hits beside it. `scale` and `raw` give
     probabilities. Transparency is averaged with the colours in `trinary`, means unknown in `scale`.
 
     Raises:
@@ -38,12 +37,12 @@ def read_map(yaml_path: Path) -> OccupancyGrid:
     clamped = np.clip(probability, limit, 1.0 - limit)
     grid.log_odds[:] = np.log(clamped / (1.0 - clamped))
     grid.hit_count[grid.occupied()] = 1.0
-    add_hits(grid, path.with_suffix(HITS))
+    add_hits(grid, path.with_suffix(".hits.npz"))
     return grid
 
 
 def write_map(grid: OccupancyGrid, stem: Path) -> None:
-    """Write `stem`.pgm (254 free, 0 occupied, 205 unknown; highest y on top), `stem`.yaml and `stem`.hits.npz, each whole or not at all.
+    """Write `stem`.pgm (254 free, 0 occupied, 205 unknown; highest y on top) and `stem`.yaml, each whole or not at all.
 
     Raises:
         MapFileError: a file cannot be written.
@@ -58,7 +57,6 @@ def write_map(grid: OccupancyGrid, stem: Path) -> None:
             partial.write_bytes(f"P5\n{width} {height}\n255\n".encode() + pixels.tobytes())
         with replacing(description) as partial:
             partial.write_text(description_text(grid.geometry, image.name))
-        write_hits(grid, stem.with_name(f"{stem.name}{HITS}"))
     except OSError as error:
         raise MapFileError(stem, f"cannot be written: {error.strerror}") from error
 

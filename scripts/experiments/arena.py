@@ -37,6 +37,8 @@ class Outcome:
     """One per frame."""
     update_ms: FloatArray
     """(N,) CPU time of each update that had a scan or an image [ms]."""
+    covariances: FloatArray
+    """(N, 3, 3) of (x, y, yaw) in the map as claimed at every frame [m, rad]: of a particle filter the spread of its particles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +76,7 @@ def follow(pipeline: Pipeline, drive: Drive, watch: Watch | None = None) -> Outc
     poses: list[FloatArray] = []
     statuses: list[Status] = []
     updates: list[float] = []
+    covariances: list[FloatArray] = []
     for frame in drive.frames:
         began = time.thread_time()
         estimate = pipeline.update(frame)
@@ -82,12 +85,13 @@ def follow(pipeline: Pipeline, drive: Drive, watch: Watch | None = None) -> Outc
         stamps.append(estimate.stamp)
         poses.append(estimate.T_map_base.as_array())
         statuses.append(estimate.status)
+        covariances.append(estimate.covariance)
         if watch is not None:
             watch(frame, estimate, pipeline.snapshot())
     if isinstance(pipeline, Finishing):
         pipeline.finish()
     path = Trajectory(np.array(stamps), np.array(poses).reshape(-1, 3))
-    return Outcome(path, pipeline.snapshot().trajectory, tuple(statuses), np.array(updates))
+    return Outcome(path, pipeline.snapshot().trajectory, tuple(statuses), np.array(updates), np.array(covariances).reshape(-1, 3, 3))
 
 
 def map_of(drive: Drive, pipeline: Pipeline | None = None) -> GivenMap:

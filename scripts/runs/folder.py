@@ -19,12 +19,13 @@ from scripts.runs.options import RunOptions
 from scripts.runs.page import write_page
 from scripts.runs.pictures import write_report_png
 from scripts.runs.record import RunRecord
+from slam.hits_file import write_hits
 from slam.map_file import write_map
 from slam.trajectory_file import write_trajectory
 
 RESULTS = (
     *("trajectory.tum", "trajectory_final.tum", "odometry.tum", "truth.tum"),
-    *("map.pgm", "map.yaml", "true_map.pgm", "true_map.yaml"),
+    *("map.pgm", "map.yaml", "map.hits.npz", "true_map.pgm", "true_map.yaml"),
     *("metrics.json", "report.png", "run.gif", "report.html"),
 )
 """What a run writes beside config.toml and its recording."""
@@ -81,6 +82,7 @@ def write_measurements(folder: Path, record: RunRecord, truth: Truth | None) -> 
     write_trajectory(folder / "trajectory_final.tum", record.final)
     write_trajectory(folder / "odometry.tum", record.odometry)
     write_map(record.map, folder / "map")
+    write_hits(record.map, folder / "map.hits.npz")
     if truth is not None:
         write_trajectory(folder / "truth.tum", truth.trajectory)
         if truth.grid is not None:

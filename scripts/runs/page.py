@@ -40,7 +40,8 @@ $rows
 <li><a href="trajectory.tum">trajectory.tum</a>, <a href="trajectory_final.tum">trajectory_final.tum</a>,
 <a href="odometry.tum">odometry.tum</a>:
 the estimate as it was known at every frame, at every scan after all corrections, and the wheels alone (TUM format)</li>
-<li><a href="map.yaml">map.yaml</a>, <a href="map.pgm">map.pgm</a>: the map, as map_server and nav2 read it</li>
+<li><a href="map.yaml">map.yaml</a>, <a href="map.pgm">map.pgm</a>: the map, as map_server and nav2 read it,
+and <a href="map.hits.npz">map.hits.npz</a>: where in each cell the wall was hit, for localizers</li>
 </ul>
 </html>
 """)

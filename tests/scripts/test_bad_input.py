@@ -45,6 +45,7 @@ def refused(capsys, tmp_path):
         ("--start nan 0 0", "--start nan 0 0: give finite numbers"),
         ("--start 1e9 0 0", "within 100 m of the map's origin"),
         ("--start 0 0 inf", "--start 0 0 inf: give finite numbers"),
+        ("--map nowhere", "--map: the pipeline 'lidar' makes its own map"),
         ("--params nowhere.toml", "--params nowhere.toml: cannot be read: No such file or directory"),
     ],
 )

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.runs.metrics import Timing, compute_metrics
+from scripts.runs.metrics import PLACE_OF_MAP, Timing, compute_metrics
 from slam.errors import TrajectoryError
 from slam.grid import OccupancyGrid
 from slam.messages import Trajectory
@@ -17,6 +17,7 @@ WITH_TRUTH = {
     "odometry_position_rmse_m",
     "odometry_heading_rmse_deg",
     "odometry_ratio",
+    *PLACE_OF_MAP,
     "wall_rms_m",
     "wall_recall",
     "iou",

@@ -7,6 +7,7 @@ from PIL import Image
 
 from slam.errors import MapFileError
 from slam.grid import FREE, OCCUPIED, UNKNOWN, GridGeometry, OccupancyGrid
+from slam.hits_file import write_hits
 from slam.map_file import read_map, write_map
 from slam.se2 import SE2
 
@@ -155,3 +156,49 @@ def test_a_folder_that_is_not_there_is_refused_and_nothing_is_left(tmp_path):
     with pytest.raises(MapFileError, match="cannot be written"):
         write_map(grid, tmp_path / "gone" / "m")
     assert list(tmp_path.iterdir()) == []
+
+
+def hit_grid(shift):
+    grid = OccupancyGrid.empty(GridGeometry(0.05, 6, 4, SE2(1.0, 2.0)))
+    grid.log_odds[:] = -5.0
+    grid.log_odds[2, 1:5] = 5.0
+    grid.hit_count[2, 1:5] = [3.0, 1.0, 4.0, 2.0]
+    grid.hit_offset[2, 1:5] = shift
+    return grid
+
+
+def test_a_map_keeps_its_hits_beside_it(tmp_path):
+    grid = hit_grid((0.01, -0.02))
+    write_map(grid, tmp_path / "map")
+    write_hits(grid, tmp_path / "map.hits.npz")
+    read = read_map(tmp_path / "map.yaml")
+    np.testing.assert_allclose(read.wall_points(), grid.wall_points(), atol=1e-6)
+    np.testing.assert_array_equal(read.hit_count, grid.hit_count)
+
+
+def test_hits_of_cells_that_were_painted_free_are_left_aside(tmp_path):
+    grid = hit_grid((0.01, -0.02))
+    write_hits(grid, tmp_path / "map.hits.npz")
+    grid.log_odds[2, 1] = -5.0
+    write_map(grid, tmp_path / "map")
+    read = read_map(tmp_path / "map.yaml")
+    assert len(read.wall_points()) == 3
+    assert read.hit_count[2, 1] == 0.0
+
+
+def spoilt(path):
+    path.write_bytes(b"PK\x03\x04 nothing")
+
+
+def of_another_map(path):
+    write_hits(hit_grid((0.0, 0.0)), path)
+
+
+@pytest.mark.parametrize("write", [spoilt, of_another_map])
+def test_hits_that_do_not_fit_the_map_are_named_and_left_aside(tmp_path, caplog, write):
+    grid = OccupancyGrid.from_states(GridGeometry(0.05, 3, 3), np.full((3, 3), 100, np.int8))
+    write_map(grid, tmp_path / "map")
+    write(tmp_path / "map.hits.npz")
+    read = read_map(tmp_path / "map.yaml")
+    np.testing.assert_allclose(read.wall_points(), grid.wall_points())
+    assert "map.hits.npz is left aside" in caplog.text
