@@ -10,6 +10,7 @@ from hardware.hal import Backend
 BACKENDS: dict[str, str] = {
     "sim": "sim.robot:Sim",
     "kinematic": "sim.kinematic:Kinematic",
+    "ev3": "hardware.ev3_robot:Ev3",
     "replay": "hardware.replay:Replay",
 }
 """name -> "module:Class"; the class is a frozen dataclass with `build() -> Robot`."""

@@ -70,6 +70,24 @@ class DriveSpec:
         scale = min(1.0, self.max_wheel_rate / fastest) if fastest > 0.0 else 1.0
         return Twist(v * scale, omega * scale)
 
+    def possible(self, twist: Twist, step: float) -> Twist:
+        """The twist that wheel rates in whole multiples of `step` [rad/s] give for one within the limits; 0: any rate.
+
+        Rates are rounded to the nearest multiple, or towards zero where that would break a limit.
+        """
+        if step == 0.0:
+            return twist
+        left, right = (round(rate / step) for rate in self.wheel_rates(twist))
+        rounded = self.twist(left * step, right * step)
+        if self._within_limits(rounded):
+            return rounded
+        left, right = (math.trunc(rate / step) for rate in self.wheel_rates(twist))
+        return self.twist(left * step, right * step)
+
+    def _within_limits(self, twist: Twist) -> bool:
+        fastest = max(abs(rate) for rate in self.wheel_rates(twist))
+        return abs(twist.v) <= self.max_speed and abs(twist.omega) <= self.max_yaw_rate and fastest <= self.max_wheel_rate
+
 
 @dataclass(frozen=True, slots=True)
 class LidarSpec:

@@ -6,9 +6,18 @@ import importlib
 
 from scripts.errors import UsageError
 
-HELP = "repeat an experiment of the source documents with ground truth: icp"
+HELP = "repeat an experiment of the source documents with ground truth"
 
-EXPERIMENTS = {"icp": "scan-to-scan ICP: ways to choose correspondences, compared on one drive"}
+EXPERIMENTS = {
+    "icp": "document A: scan-to-scan ICP, ways to choose correspondences, compared on one drive",
+    "amcl_turns": "document A: AMCL that turns on the spot, on a map and odometry from ICP",
+    "hall": "document B: the tour of a hall, from lidar and from the depth camera alone",
+    "corridor": "document B: a corridor there and back, and the time of a pose against a particle filter",
+    "disturbance": "document B: corridor and meeting room, before and after doors, furniture and people have changed them",
+    "structured": "document C: the fixed tour through a structured world, and its badly mapped region A",
+    "crowd": "document C: five people, region A moved, and both",
+    "convergence": "document C: how the particles' spread falls after an uncertain start",
+}
 """name -> what it shows; each is one file in scripts/experiments."""
 
 

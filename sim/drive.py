@@ -11,7 +11,7 @@ from hardware.spec import DriveSpec
 from sim import motor_kernel
 from sim.drive_errors import DriveErrors
 from sim.motion import NANOSECONDS, STEP, WHEELS, Motion
-from slam.messages import Twist, WheelOdometry
+from slam.messages import WheelOdometry
 from slam.se2 import SE2
 
 TORQUE = 0.20
@@ -153,21 +153,6 @@ def make_drive(spec: DriveSpec, errors: DriveErrors) -> Drive:
     return RegulatedMotors(errors) if errors.regulator else Motors(spec.max_wheel_rate)
 
 
-def possible(spec: DriveSpec, twist: Twist, step: float) -> Twist:
-    """The twist that wheel rates in whole multiples of `step` [rad/s] give for one within the limits.
-
-    Rates are rounded to the nearest multiple, or towards zero where that would break a limit.
-    """
-    if step == 0.0:
-        return twist
-    left, right = (round(rate / step) for rate in spec.wheel_rates(twist))
-    rounded = spec.twist(left * step, right * step)
-    if _within(spec, rounded):
-        return rounded
-    left, right = (math.trunc(rate / step) for rate in spec.wheel_rates(twist))
-    return spec.twist(left * step, right * step)
-
-
 class Odometer:
     """Encoders that count whole steps, integrated with the radii and the track of the specification."""
 
@@ -215,8 +200,3 @@ def _towards(rate: float, goal: float, limit: float) -> float:
 def _approach(rate: float, target: float) -> float:
     change = (target - rate) * -math.expm1(-STEP / TIME_CONSTANT)
     return target if abs(target - rate) < 1e-6 else _towards(rate, rate + change, MAX_ACCELERATION * STEP)
-
-
-def _within(spec: DriveSpec, twist: Twist) -> bool:
-    fastest = max(abs(rate) for rate in spec.wheel_rates(twist))
-    return abs(twist.v) <= spec.max_speed and abs(twist.omega) <= spec.max_yaw_rate and fastest <= spec.max_wheel_rate

@@ -13,7 +13,7 @@ from hardware.queues import EventQueue
 from hardware.spec import DriveSpec, RobotSpec
 from sim.camera import Camera
 from sim.channels import Channel
-from sim.drive import Odometer, possible
+from sim.drive import Odometer
 from sim.imu import Gyro
 from sim.lidar import Lidar
 from sim.living import until_tick
@@ -78,9 +78,13 @@ class Simulation:
         Returns:
             The twist that the body will really be told.
         """
-        commanded = possible(self._drive, twist, self._motors.step)
+        commanded = self._drive.possible(twist, self._motors.step)
         self._orders.send(self.now, commanded)
         return commanded
+
+    def turn_wheels(self, rates: tuple[float, float]) -> None:
+        """Give (left, right) wheel rates [rad/s] to the motors at once, beside commands and their watchdog: the emulated brick does."""
+        self._motors.command(rates)
 
     def advance(self, t: float, queues: Mapping[str, EventQueue[Any]]) -> None:
         """Let time pass until `t` [s]; readings and the watchdog's stop go to the queues."""

@@ -61,6 +61,13 @@ class KnownMapError(SlamError):
         super().__init__(f"map: {problem}")
 
 
+class Nav2ParameterError(SlamError):
+    """A ROS parameter file that cannot be used."""
+
+    def __init__(self, path: object, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+
+
 class TrajectoryError(SlamError):
     """Trajectories that cannot be compared or read."""
 

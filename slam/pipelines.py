@@ -8,12 +8,17 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from slam.errors import UnknownNameError
+from slam.localization.amcl import Amcl
 from slam.localization.known_map import KnownMap
+from slam.localization.localizability import Localizability
+from slam.localization.mcl import Mcl
+from slam.localization.perfect_match import PerfectMatch
 from slam.mapping.icp_odometry import IcpOdometry
 from slam.mapping.lidar import Lidar
 from slam.mapping.lidar_slam import LidarSlam
 from slam.mapping.odometry import Odometry
 from slam.mapping.rbpf import Rbpf
+from slam.mapping.visual_slam import VisualSlam
 from slam.messages import Estimate, Imu, LaserScan, SensorFrame, WheelOdometry
 from slam.se2 import SE2
 from slam.snapshot import Snapshot
@@ -83,10 +88,16 @@ PIPELINES: dict[str, type[PipelineSettings]] = {
     "lidar": Lidar,
     "rbpf": Rbpf,
     "lidar_slam": LidarSlam,
+    "visual_slam": VisualSlam,
 }
 """name -> frozen dataclass of parameters."""
 
-LOCALIZERS: dict[str, type[LocalizerSettings]] = {}
+LOCALIZERS: dict[str, type[LocalizerSettings]] = {
+    "mcl": Mcl,
+    "perfect_match": PerfectMatch,
+    "amcl": Amcl,
+    "localizability": Localizability,
+}
 """name -> frozen dataclass of parameters of those that need a map."""
 
 

@@ -1,6 +1,10 @@
 """Fixtures for all tests."""
 
 import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -18,3 +22,23 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no public recordings at {folder}; set BRICKTWIN_DATA")
     return folder
+
+
+@pytest.fixture(scope="session")
+def emulate() -> Iterator[Callable[..., tuple[str, str]]]:
+    """Starts `twin emulate` with options on free ports; returns the addresses of brick and lidar."""
+    running: list[subprocess.Popen[str]] = []
+
+    def start(*options: str) -> tuple[str, str]:
+        command = [sys.executable, "-m", "scripts.cli", "emulate", "--robot", "kinematic", "--ev3", "tcp:127.0.0.1:0"]
+        command += ["--lidar", "tcp:127.0.0.1:0", "--delay", "none", *options]
+        running.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]))
+        assert running[-1].stdout is not None
+        found = re.match(r"brick at (\S+), lidar at (\S+),", running[-1].stdout.readline())
+        assert found is not None
+        return found[1], found[2]
+
+    yield start
+    for process in running:
+        process.terminate()
+        process.communicate()

@@ -24,6 +24,7 @@ UNITS_ALLOWED = (
     "hardware/logs/",
     "sim/drive.py",
     "sim/imu.py",
+    "sim/wire.py",
     "scripts/",
 )
 UNIT_SUFFIX = re.compile(r"_(mm|cm|deg|counts|ms|us)$")

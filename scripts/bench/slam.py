@@ -25,7 +25,9 @@ from slam.messages import SensorFrame, Trajectory, Twist
 from slam.pipelines import Finishing, Pipeline
 from slam.se2 import SE2, FloatArray
 
-WORLDS = ("aruco_room", "office", "apartment", "maze", "hall", "cave", "corridor")
+WORLDS = (
+    "aruco_room", "office", "apartment", "maze", "hall", "cave", "corridor", "office_random", "maze:seed=1", "maze:seed=2", "cave:seed=1",
+)  # fmt: skip
 GHOST = 0.10
 """An occupied cell farther than this from every true static surface is a ghost [m]."""
 

@@ -12,7 +12,7 @@ from hardware.spec import LidarSpec
 from sim.lidar import FIRST_STEP, Lidar, static_rays
 from sim.motion import Motion
 from sim.realism import read_realism
-from slam.messages import Trajectory
+from slam.messages import LaserScan, Trajectory
 from slam.scans import deskew
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
@@ -56,11 +56,14 @@ class StillScans:
 
     def points(self, lidar: Lidar, pose: SE2) -> FloatArray:
         """Hits (M, 2) [m] in base of one scan at `pose` in the world."""
+        return deskew(self.scan(lidar, pose), Trajectory(np.empty(0), np.empty((0, 3)))).points
+
+    def scan(self, lidar: Lidar, pose: SE2) -> LaserScan:
+        """One scan at `pose` in the world."""
         motion = Motion(0, SE3())
         half = 0.5 * pose.yaw
         motion.append([(pose.x, pose.y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half), 0.0, 0.0)] * 60)
-        scan = lidar.scan(motion, FIRST_STEP * self._spec.time_increment)
-        return deskew(scan, Trajectory(np.empty(0), np.empty((0, 3)))).points
+        return lidar.scan(motion, FIRST_STEP * self._spec.time_increment)
 
     def information(self, pose: SE2) -> FloatArray:
         """Fisher information (3, 3) of a scan's ranges about (x, y, yaw) of `pose`, in the world: Censi (2007), on the true walls."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from hardware.registry import backend_class
+from hardware.spec import RobotSpec
 from scripts.runs.loop import PERIOD
 from sim.ground_truth import GroundTruth, ground_truth
 from sim.twin import TwinRobot
@@ -79,6 +80,10 @@ class Drive:
         return float(np.mean(np.abs(measured - distance) < SAME)) if len(points) else 0.0
 
 
+def _as_it_is(frame: SensorFrame) -> SensorFrame:
+    return frame
+
+
 @dataclass(frozen=True)
 class Course:
     """Where a drive goes and on what."""
@@ -90,6 +95,10 @@ class Course:
     robot: str = "kinematic"
     realism: str = "datasheet"
     camera: str = "none"
+    spec: RobotSpec = field(default_factory=RobotSpec)
+    """What the robot is; its camera serves where `camera` says what draws the images."""
+    keep: Callable[[SensorFrame], SensorFrame] = _as_it_is
+    """What is kept of a frame: images are large."""
 
     def drive(self, command: Command | None = None) -> Drive:
         """Drive the world's tour, round and round, or by what `command` says.
@@ -108,13 +117,14 @@ class Course:
             yield from self._frames(robot, ground_truth(robot), command)
 
     def _body(self) -> TwinRobot:
-        return backend_class(self.robot)(world=self.world, seed=self.seed, realism=self.realism, camera=self.camera).build()  # pyright: ignore[reportReturnType]
+        backend = backend_class(self.robot)(world=self.world, seed=self.seed, realism=self.realism, camera=self.camera, spec=self.spec)
+        return backend.build()  # pyright: ignore[reportReturnType]
 
     def _frames(self, robot: TwinRobot, truth: GroundTruth, command: Command | None) -> Iterator[SensorFrame]:
         command = command or on_tour(self.world)
         while robot.clock.now() < self.duration and robot.clock.sleep_until(robot.clock.now() + PERIOD):
             frame = robot.read()
-            yield frame
+            yield self.keep(frame)
             robot.drive(command(frame.stamp, truth.pose(frame.stamp)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from scripts.runs import palette
+from scripts.runs.ellipses import crosses, draw_cross
 from scripts.runs.files import write_via
 from scripts.runs.record import KeyFrame, RunRecord
 from scripts.runs.scene import Scene, lay_out
@@ -89,10 +91,16 @@ def _draw_frame(run: RunRecord, scene: Scene, viewport: Viewport, frame: KeyFram
     for x, y in viewport.pixels(scene.T_world_map.transform(frame.points)):
         draw.rectangle((x - FINE, y - FINE, x + FINE, y + FINE), fill=palette.SCAN)
     _draw_robot(draw, viewport, scene.T_world_map @ frame.T_map_base)
+    for x, y in viewport.pixels(scene.T_world_map.transform(frame.particles[:, :2])):
+        draw.ellipse((x - FINE, y - FINE, x + FINE, y + FINE), fill=palette.PARTICLES)
+    draw_cross(draw, viewport.pixels(crosses([frame], scene.T_world_map).reshape(-1, 2)), FINE)
     picture = Image.new("RGB", (fine.width // FINE, fine.height // FINE + HEADER), palette.PAGE)
     picture.paste(fine.reduce(FINE), (0, HEADER))
     elapsed = max(0.0, frame.stamp - (float(run.estimate.stamps[0]) if len(run.estimate) else frame.stamp))
-    _draw_header(ImageDraw.Draw(picture), picture.width, run.title, f"{elapsed:.1f} s", scene.truth is not None)
+    entries = [("estimate", palette.ESTIMATE), ("odometry", palette.ODOMETRY), ("scan", palette.SCAN)]
+    entries += [("particles", palette.PARTICLES)] if len(run.beliefs.stamps) else []
+    entries += [("truth", palette.TRUTH)] if scene.truth is not None else []
+    _draw_header(ImageDraw.Draw(picture), picture.width, run.title, f"{elapsed:.1f} s", entries)
     return picture
 
 
@@ -131,12 +139,9 @@ def _draw_robot(draw: ImageDraw.ImageDraw, viewport: Viewport, pose: SE2) -> Non
     draw.polygon([(x + float(dx), y - float(dy)) for dx, dy in turned], fill=palette.ESTIMATE)
 
 
-def _draw_header(draw: ImageDraw.ImageDraw, width: int, title: str, elapsed: str, has_truth: bool) -> None:
+def _draw_header(draw: ImageDraw.ImageDraw, width: int, title: str, elapsed: str, entries: Sequence[tuple[str, str]]) -> None:
     draw.text((14, 8), title, fill=palette.INK, font=ImageFont.load_default(18))
     draw.text((width - 14, 8), elapsed, fill=palette.INK, font=ImageFont.load_default(18), anchor="ra")
-    entries = [("estimate", palette.ESTIMATE), ("odometry", palette.ODOMETRY), ("scan", palette.SCAN)]
-    if has_truth:
-        entries.append(("truth", palette.TRUTH))
     font, x = ImageFont.load_default(13), 14.0
     for label, colour in entries:
         draw.rectangle((x, 41, x + 14, 44), fill=colour)

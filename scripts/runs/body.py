@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -13,6 +14,7 @@ import numpy as np
 
 from hardware.faulty_robot import FaultyRobot
 from hardware.hal import Recorded, Robot
+from hardware.logs.spec_file import read_spec
 from hardware.registry import backend_class
 from hardware.replay import ReplayRobot
 from scripts.errors import UsageError
@@ -20,6 +22,7 @@ from scripts.runs.options import RunOptions
 from slam.grid import OccupancyGrid
 from slam.messages import Trajectory
 from slam.se2 import SE2, FloatArray
+from slam.trajectory_file import read_trajectory
 from worlds.errors import WorldError
 from worlds.loader import load_world
 
@@ -28,7 +31,11 @@ _log = logging.getLogger(__name__)
 TWINS = ("sim", "kinematic")
 """Bodies that know the truth about themselves."""
 OF_THE_SIMULATION = ("world", "seed", "realism", "rays", "camera")
-"""Options that a recording does not have."""
+"""Options that a recording and the real robot do not have."""
+OF_THE_HARDWARE = ("ev3", "lidar", "truth")
+"""Options that only the real robot has."""
+TRUTH_PATIENCE = 5
+"""How often it is looked whether the told truth covers the run, once a second."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +65,9 @@ def make_robot(options: RunOptions) -> Robot:
     """
     name, _, path = options.robot.partition(":")
     backend = backend_class(name)
-    parameters = _replay_parameters(options, path) if name == "replay" else _live_parameters(options, name, path)
+    if name != "ev3":
+        _refuse(options, OF_THE_HARDWARE, f"the real robot; --robot {name} has none, leave the option out")
+    parameters = {"replay": _replay_parameters, "ev3": _hardware_parameters}.get(name, _twin_parameters)(options, name, path)
     return backend(**parameters).build()
 
 
@@ -74,7 +83,7 @@ def policy_name(options: RunOptions, robot: Robot) -> str:
         UsageError: a policy that drives, on a recording.
     """
     recorded = isinstance(robot, Recorded)
-    name = options.policy or ("none" if recorded else "tour")
+    name = options.policy or ("tour" if is_twin(options) else "none")
     if recorded and name != "none":
         raise UsageError(f"a recording cannot be driven: --policy {name} needs a live robot; leave it out or use --policy none")
     return name
@@ -82,7 +91,7 @@ def policy_name(options: RunOptions, robot: Robot) -> str:
 
 def route(options: RunOptions, T_map_base: SE2) -> FloatArray:
     """The world's waypoints (N, 2) [m], seen from a map in which the robot starts at `T_map_base`."""
-    if not is_twin(options):
+    if recording_of(options) is not None:
         return np.empty((0, 2))
     world = load_world(options.world)
     return (T_map_base @ SE2(*world.start).inverse()).transform(np.array(world.tour, dtype=np.float64).reshape(-1, 2))
@@ -103,6 +112,8 @@ def known_truth(options: RunOptions, robot: Robot, stamps: FloatArray) -> Truth 
     if isinstance(body, ReplayRobot):
         trajectory, recording = body.log.truth(), recording_of(options)
         return None if trajectory is None or recording is None else Truth(trajectory, _walls_beside(recording, body), None)
+    if options.truth is not None:
+        return Truth(_told_truth(options.truth, stamps), _walls_around(options, body), None)
     if not is_twin(options):
         return None
     from sim.ground_truth import ground_truth
@@ -116,16 +127,53 @@ def _bare(robot: Robot) -> Robot:
     return robot.body if isinstance(robot, FaultyRobot) else robot
 
 
-def _replay_parameters(options: RunOptions, path: str) -> dict[str, Any]:
-    if not path:
-        raise UsageError("--robot replay needs a recording: --robot replay:FOLDER-OR-FILE")
+def _told_truth(path: Path, stamps: FloatArray) -> Trajectory:
+    """What `twin emulate --truth` writes, once it covers the run; it lags a second behind.
+
+    Raises:
+        UsageError: it does not.
+    """
+    for _ in range(TRUTH_PATIENCE):
+        told = read_trajectory(path)
+        if len(told) and len(stamps) and told.stamps[0] <= stamps[0] and told.stamps[-1] >= stamps[-1]:
+            inside = (told.stamps >= stamps[0] - 1.0) & (told.stamps <= stamps[-1] + 1.0)
+            return Trajectory(told.stamps[inside], told.poses[inside])
+        time.sleep(1.0)
+    raise UsageError(f"--truth {path}: it does not cover the run; is it the file that a running `twin emulate --truth` writes?")
+
+
+def _walls_around(options: RunOptions, robot: Robot) -> FloatArray | None:
+    lidar = robot.spec.lidar
+    return None if lidar is None else load_world(options.world).outlines(float(lidar.T_base_laser.t[2]))
+
+
+def _refuse(options: RunOptions, names: tuple[str, ...], why: str) -> None:
+    """No option of another kind of body.
+
+    Raises:
+        UsageError: there is one.
+    """
     for option in fields(RunOptions):
-        if option.name in OF_THE_SIMULATION and getattr(options, option.name) != option.default:
-            raise UsageError(f"--{option.name} belongs to the simulation; a recording is what it is, leave the option out")
+        if option.name in names and getattr(options, option.name) != option.default:
+            raise UsageError(f"--{option.name} belongs to {why}")
+
+
+def _replay_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
+    if not path:
+        raise UsageError(f"--robot {name} needs a recording: --robot {name}:FOLDER-OR-FILE")
+    _refuse(options, OF_THE_SIMULATION, "the simulation; a recording is what it is, leave the option out")
     return {"path": Path(path), "spec": options.spec}
 
 
-def _live_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
+def _hardware_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
+    if path:
+        raise UsageError(f"--robot {name} takes no '{path}'; write --ev3 {path} and --lidar for the lidar's port")
+    _refuse(options, tuple(set(OF_THE_SIMULATION) - {"world"}), "the simulation; a real robot is what it is, leave the option out")
+    described = {} if options.spec is None else {"spec": read_spec(options.spec)}
+    return {"ev3": options.ev3, "lidar": options.lidar, **described}
+
+
+def _twin_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
     if path:
         raise UsageError(f"--robot {name} takes no '{path}'; a world is chosen by --world")
     if options.spec is not None:

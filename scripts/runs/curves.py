@@ -63,6 +63,22 @@ def curves(run: RunRecord) -> tuple[Curve, Curve]:
     return Curve(f"Position {what}", unit, tuple(position)), Curve(f"Heading {what}", "deg", tuple(heading))
 
 
+def belief_curves(run: RunRecord) -> tuple[Curve, Curve, Curve]:
+    """Panels of a particle filter: how many particles there are and how many of them count, their weights, and their spread."""
+    beliefs, since = run.beliefs, float(run.estimate.stamps[0]) if len(run.estimate) else 0.0
+    stamps = beliefs.stamps - since
+
+    def line(label: str, colour: str, values: FloatArray) -> Line:
+        return Line(label, colour, stamps, values)
+
+    count, effective = line("particles", palette.TRUTH, beliefs.count), line("effective, N_eff", palette.PARTICLES, beliefs.effective)
+    return (
+        Curve("Particles", "", (count, effective)),
+        Curve("Largest weight against the mean", "", (line("largest / mean", palette.PARTICLES, beliefs.largest),)),
+        Curve("Spread of the positions", "mm", (line("standard deviation", palette.PARTICLES, 1e3 * beliefs.spread),)),
+    )
+
+
 def _errors(run: RunRecord, truth: Trajectory) -> list[_Errors]:
     errors: list[_Errors] = []
     lines = (("odometry", palette.ODOMETRY, run.odometry, None), ("estimate", palette.ESTIMATE, run.estimate, run.T_world_map))

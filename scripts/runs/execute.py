@@ -30,10 +30,12 @@ from scripts.runs.metrics import Timing, compute_metrics
 from scripts.runs.options import RunOptions
 from scripts.runs.parameters import read_parameters
 from scripts.runs.progress import progress_bar
-from scripts.runs.record import RunRecord
+from scripts.runs.record import ParticleHistory, RunRecord
 from sim.errors import SimError
 from slam.errors import SlamError, UnknownNameError
 from slam.evaluation.visibility import View
+from slam.landmarks.marker_map_file import write_aruco_map, write_marker_map
+from slam.mapping.visual_slam import VisualSlam, VisualSlamPipeline
 from slam.messages import Trajectory
 from slam.navigation.policies import Policy, make_policy
 from slam.pipelines import LOCALIZERS, PIPELINES, Finishing, LocalizerSettings, Pipeline, PipelineSettings, Resumable, warm_up
@@ -124,7 +126,15 @@ def _settings(options: RunOptions) -> PipelineSettings | LocalizerSettings:
     classes = LOCALIZERS if options.pipeline in LOCALIZERS else PIPELINES
     if options.pipeline not in classes:
         raise UnknownNameError("pipeline", options.pipeline, sorted([*PIPELINES, *LOCALIZERS]))
-    return read_parameters(classes[options.pipeline], options.params)
+    return _with_marker_map(read_parameters(classes[options.pipeline], options.params), options)
+
+
+def _with_marker_map(settings: PipelineSettings | LocalizerSettings, options: RunOptions) -> PipelineSettings | LocalizerSettings:
+    if options.marker_map is None:
+        return settings
+    if not isinstance(settings, VisualSlam):
+        raise UsageError(f"--marker-map: the pipeline '{options.pipeline}' does not look at markers; take --pipeline visual_slam")
+    return dataclasses.replace(settings, marker_map=str(options.marker_map))
 
 
 def _assemble(options: RunOptions, settings: PipelineSettings | LocalizerSettings, faults: Sequence[Fault] = ()) -> _Run:
@@ -198,9 +208,18 @@ def _write(run: _Run, log: RunLog) -> RunRecord:
     truth = _truth(run, log)
     record = _gathered(run, log, truth)
     write_measurements(run.folder, record, truth)
+    _write_markers(run)
     record = _scored(record, log)
     write_report(run.folder, record)
     return record
+
+
+def _write_markers(run: _Run) -> None:
+    """Leave the marker map of a pipeline that has made one, ours and ArUco's."""
+    markers = run.pipeline.marker_map() if isinstance(run.pipeline, VisualSlamPipeline) else None
+    if markers is not None and markers.markers and run.options.marker_map is None:
+        write_marker_map(run.folder / "markers.yaml", markers)
+        write_aruco_map(run.folder / "markers_aruco.yml", markers)
 
 
 def _truth(run: _Run, log: RunLog) -> Truth | None:
@@ -220,6 +239,7 @@ def _gathered(run: _Run, log: RunLog, truth: Truth | None) -> RunRecord:
         walls=truth.walls if truth else None,
         statuses=tuple(log.statuses),
         key_frames=tuple(log.key_frames),
+        beliefs=ParticleHistory.of(log.beliefs),
         view=View(lidar.range_max, float(lidar.angles[0]), float(lidar.angles[-1])) if lidar else View(),
         T_base_laser=lidar.T_base_laser.to_se2() if lidar else SE2(),
         T_world_map=run.given.T_world_map if run.given else None,

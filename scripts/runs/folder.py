@@ -13,10 +13,11 @@ import tomli_w
 from hardware.logs.mcap_bag import RECORDING, UNFINISHED
 from scripts.errors import UsageError
 from scripts.runs.animation import write_gif
-from scripts.runs.body import OF_THE_SIMULATION, Truth, recording_of
+from scripts.runs.body import OF_THE_HARDWARE, OF_THE_SIMULATION, Truth, is_twin, recording_of
 from scripts.runs.files import OutputError, write_text
 from scripts.runs.options import RunOptions
 from scripts.runs.page import write_page
+from scripts.runs.particle_picture import write_particles_png
 from scripts.runs.pictures import write_report_png
 from scripts.runs.record import RunRecord
 from slam.hits_file import write_hits
@@ -29,6 +30,8 @@ RESULTS = (
     *("metrics.json", "report.png", "run.gif", "report.html"),
 )
 """What a run writes beside config.toml and its recording."""
+OF_SOME = ("particles.png",)
+"""What runs of some pipelines write too."""
 
 
 def results_folder(options: RunOptions) -> Path:
@@ -49,9 +52,8 @@ def results_folder(options: RunOptions) -> Path:
 def config_of(options: RunOptions, settings: Any) -> dict[str, Any]:  # noqa: ANN401
     """What is needed to repeat a run, with every parameter of its pipeline."""
     known = {name: value for name, value in dataclasses.asdict(options).items() if value is not None}
-    if recording_of(options) is not None:
-        known = {name: value for name, value in known.items() if name not in OF_THE_SIMULATION}
-    run = {name: str(value) if isinstance(value, Path) else value for name, value in known.items()}
+    foreign = set(() if is_twin(options) else OF_THE_SIMULATION) | set(OF_THE_HARDWARE if recording_of(options) or is_twin(options) else ())
+    run = {name: str(value) if isinstance(value, Path) else value for name, value in known.items() if name not in foreign}
     return {"run": run, "parameters": dataclasses.asdict(settings)}
 
 
@@ -65,7 +67,7 @@ def prepare(folder: Path, config: Mapping[str, Any]) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in RESULTS:
+        for name in (*RESULTS, *OF_SOME):
             (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(folder, error) from error
@@ -98,6 +100,8 @@ def write_report(folder: Path, record: RunRecord) -> None:
     """
     write_text(folder / "metrics.json", json.dumps(dict(record.metrics), indent=2) + "\n")
     write_report_png(folder / "report.png", record)
+    if len(record.beliefs.stamps):
+        write_particles_png(folder / "particles.png", record)
     write_gif(folder / "run.gif", record)
     write_page(folder / "report.html", record)
 

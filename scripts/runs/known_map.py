@@ -29,7 +29,7 @@ def read_given_map(path: Path) -> GivenMap:
         MapFileError, KnownMapError, UsageError: with one line that says what is wrong.
     """
     yaml = path / "map.yaml" if path.is_dir() else path
-    return GivenMap(KnownMap(read_map(yaml)), _place(yaml.parent / "metrics.json") if yaml.name == "map.yaml" else SE2())
+    return GivenMap(KnownMap(read_map(yaml), yaml), _place(yaml.parent / "metrics.json") if yaml.name == "map.yaml" else SE2())
 
 
 def _place(metrics: Path) -> SE2:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hardware.hal import Recorded, Robot
 from hardware.recorder import Recorder
-from scripts.runs.record import KeyFrame
+from scripts.runs.record import KeyFrame, belief_row
 from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
 from slam.navigation.policies import Policy
@@ -28,6 +28,9 @@ KEY_FRAMES = 70
 PICTURE_CELLS = 800
 """Most cells to each side of their maps: a large map is not kept so often in full."""
 
+PICTURE_PARTICLES = 500
+"""Most particles that a picture shows."""
+
 NO_MOTION = Trajectory(np.empty(0), np.empty((0, 3)))
 
 
@@ -40,6 +43,8 @@ class RunLog:
     statuses: list[Status] = field(default_factory=list)
     odometry: dict[float, SE2] = field(default_factory=dict)
     key_frames: list[KeyFrame] = field(default_factory=list)
+    beliefs: list[tuple[float, float, float, float, float]] = field(default_factory=list)
+    """Rows of `ParticleHistory`, one at each snapshot."""
     updates: list[float] = field(default_factory=list)
     """Wall time of each pipeline update [s]."""
     wall_time: float = 0.0
@@ -109,6 +114,8 @@ class Loop:
         moment = bool(frame.scans) and log.is_due(frame.scans[-1].stamp)
         if moment or (frame.scans and not isinstance(self.robot, Recorded)):  # copying a large map has its price
             snapshot = self.pipeline.snapshot()
+            if len(snapshot.particles):
+                log.beliefs.append(belief_row(frame.stamp, snapshot.particles))
         if moment:
             log.add_moment(frame.scans[-1], snapshot)
         command = self.policy(frame, estimate, snapshot)
@@ -129,7 +136,8 @@ class Loop:
 def _key_frame(scan: LaserScan, snapshot: Snapshot) -> KeyFrame:
     T_map_base = SE2.from_array(snapshot.trajectory.poses[-1]) if len(snapshot.trajectory) else SE2()
     points = T_map_base.transform(deskew(scan, NO_MOTION).points)
-    return KeyFrame(scan.stamp, T_map_base, *_coarse(snapshot.map), points)
+    particles = snapshot.particles[:: 1 + len(snapshot.particles) // PICTURE_PARTICLES]
+    return KeyFrame(scan.stamp, T_map_base, *_coarse(snapshot.map), points, particles, snapshot.localizability)
 
 
 def _coarse(grid: OccupancyGrid) -> tuple[GridGeometry, NDArray[np.int8]]:

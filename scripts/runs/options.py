@@ -22,18 +22,24 @@ class RunOptions:
     """
 
     robot: Annotated[str, arg(metavar="BODY")] = "sim"
-    """`sim`, the simulated robot; `kinematic`, the same without PyBullet, on wheels that never slip; or `replay:PATH` with a run
+    """`sim`, the simulated robot; `kinematic`, the same without PyBullet, on wheels that never slip; `ev3`, the real robot, or the
+    devices of `twin emulate`; or `replay:PATH` with a run
     folder, a rosbag2 (.mcap) of bricktwin, a CARMEN log or a CoreSLAM .dat."""
     world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
     """World of the simulation: NAME, NAME:option=value,... or a .toml file; `twin worlds` lists them."""
     pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
     """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only,
     `icp_odometry` lays each scan over the one before, the baseline; `lidar_slam` also closes loops,
-    `rbpf` is a particle filter over maps."""
+    `rbpf` is a particle filter over maps; `visual_slam` goes by markers, wheels and gyro and needs --camera or a recording with images.
+    In a --map: `mcl` localises with particles, the baseline; `amcl` recovers, and is exact;
+    `perfect_match` lays scans on wall segments; `localizability` leaves out the beams that people spoil."""
     params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None
-    """TOML file with parameters of the pipeline; config.toml of any run shows them all under [parameters] and can be given here."""
+    """TOML file with parameters of the pipeline; config.toml of any run shows them all under [parameters] and can be given here.
+    For `amcl` also the .yaml of a ROS node, with the parameters of nav2's amcl."""
     map: Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="(default: none)")] = None
     """Map to localise in: the folder of a run, whose map.yaml is taken, or the .yaml of any map_server map."""
+    marker_map: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none, a new one)")] = None
+    """Marker map to localise in with `visual_slam`: markers.yaml of the run that made it, or an ArUco MarkerMap."""
     session: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="(default: none, a new map)")] = None
     """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
     With `mapping = false` in --params the robot is only localised in it."""
@@ -54,9 +60,15 @@ class RunOptions:
     """Ray caster of the simulated lidar: grid is fast and needs no Embree, embree is its reference; bullet, of `sim` only, is slow."""
     camera: Literal["raster", "embree", "tiny", "egl", "none"] = "none"
     """What draws the images of the simulated RealSense D435: raster is fast, embree its slow reference, tiny and egl, of `sim` only,
-    are PyBullet's own; none: it is off, which is faster: no pipeline looks at images yet."""
+    are PyBullet's own; none: it is off, which is faster: only `visual_slam` looks at images."""
+    ev3: Annotated[str, arg(metavar="WHERE")] = "usb"
+    """Where the real robot's brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
+    lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"
+    """Where its lidar is: the path of a serial port, or `tcp:HOST[:PORT]`."""
+    truth: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none)")] = None
+    """Trajectory (TUM) on this computer's clock that an `ev3` is scored with: `twin emulate --truth` writes one when it ends."""
     spec: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what the recording says)")] = None
-    """TOML file that describes the robot of a recording; see docs/recordings.md."""
+    """TOML file that describes the robot of a recording, see docs/recordings.md, or the real one."""
     out: Annotated[Path | None, arg(metavar="FOLDER", help_behavior_hint="(default: runs/WORLD-PIPELINE, runs/RECORDING-PIPELINE)")] = None
     """Folder for the results, made if missing; results of an earlier run in it are replaced."""
     record: bool = False

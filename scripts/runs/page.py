@@ -32,7 +32,7 @@ _PAGE = Template("""<!doctype html>
 $rows
 </table>
 </section>
-<p>Beside this page:</p>
+$particles<p>Beside this page:</p>
 <ul>
 <li><a href="config.toml">config.toml</a>: what was run, with every parameter;
 <code>twin run --params config.toml</code> uses them again</li>
@@ -46,6 +46,8 @@ and <a href="map.hits.npz">map.hits.npz</a>: where in each cell the wall was hit
 </html>
 """)
 
+PARTICLES = '<p><img src="particles.png" alt="Particles: where they were, how many counted, their weights and spread over time"></p>\n'
+
 
 def write_page(path: Path, run: RunRecord) -> None:
     """Write the page; it shows report.png and run.gif from its own folder.
@@ -53,5 +55,6 @@ def write_page(path: Path, run: RunRecord) -> None:
     Raises:
         OutputError: the file cannot be written.
     """
+    particles = PARTICLES if len(run.beliefs.stamps) else ""
     rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.4g}</td></tr>" for key, value in run.metrics.items())
-    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows))
+    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows, particles=particles))

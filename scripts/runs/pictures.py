@@ -14,6 +14,7 @@ from matplotlib.transforms import Affine2D
 
 from scripts.runs import palette
 from scripts.runs.curves import Curve, curves
+from scripts.runs.ellipses import draw_crosses
 from scripts.runs.files import write_via
 from scripts.runs.headlines import headlines
 from scripts.runs.record import RunRecord
@@ -41,33 +42,34 @@ def write_report_png(path: Path, run: RunRecord) -> None:
     canvas = FigureCanvasAgg(figure)
     figure.text(0.03, 0.945, run.title, size=20, weight="bold", color=palette.INK, va="center")
     scene = lay_out(run)
-    _draw_map(figure.add_axes(MAP_BOX), run.map, scene)
+    _draw_map(figure.add_axes(MAP_BOX), run, scene)
     position, heading = curves(run)
-    _draw_curve(figure.add_axes((0.66, 0.68, 0.31, 0.19)), position)
+    draw_curve(figure.add_axes((0.66, 0.68, 0.31, 0.19)), position)
     lower = figure.add_axes((0.66, 0.395, 0.31, 0.19))
-    _draw_curve(lower, heading)
+    draw_curve(lower, heading)
     lower.set_xlabel("time [s]", color=palette.MUTED)
     _draw_headlines(figure, headlines(run.metrics))
     write_via(path, canvas.print_png)
 
 
-def _draw_map(axes: Axes, grid: OccupancyGrid, scene: Scene) -> None:
+def _draw_map(axes: Axes, run: RunRecord, scene: Scene) -> None:
     axes.set_facecolor(palette.UNKNOWN)
-    _draw_cells(axes, grid, scene.T_world_map)
+    draw_cells(axes, run.map, scene.T_world_map)
     axes.add_collection(LineCollection(scene.walls.reshape(-1, 2, 2), colors=palette.TRUTH, linewidths=1.1, zorder=2))
     if scene.truth is not None:
-        _draw_path(axes, scene.truth, palette.TRUTH_PALE, 5.0, "truth")
-    _draw_path(axes, scene.odometry, palette.ODOMETRY, 1.6, "odometry")
-    _draw_path(axes, scene.estimate, palette.ESTIMATE, 1.8, "estimate")
+        draw_path(axes, scene.truth, palette.TRUTH_PALE, 5.0, "truth")
+    draw_path(axes, scene.odometry, palette.ODOMETRY, 1.6, "odometry")
+    draw_path(axes, scene.estimate, palette.ESTIMATE, 1.8, "estimate")
+    draw_crosses(axes, run.key_frames, scene.T_world_map)
     _draw_ends(axes, scene.estimate)
-    x_limits, y_limits = _fill_panel(scene.bounds)
+    x_limits, y_limits = fill_panel(scene.bounds)
     axes.set(xlim=x_limits, ylim=y_limits, xticks=[], yticks=[], aspect="auto")
     axes.spines[:].set_visible(False)
     axes.legend(loc="lower right", bbox_to_anchor=(1.01, 0.995), ncols=5, fontsize=11, frameon=False, labelcolor=palette.INK)
     _draw_scale_bar(axes, x_limits)
 
 
-def _fill_panel(bounds: tuple[float, float, float, float]) -> tuple[tuple[float, float], tuple[float, float]]:
+def fill_panel(bounds: tuple[float, float, float, float]) -> tuple[tuple[float, float], tuple[float, float]]:
     """Limits in x and y that hold the bounds, fill the map's panel and keep both axes at one scale."""
     x_min, x_max, y_min, y_max = bounds
     aspect = (MAP_BOX[2] * SIZE_INCHES[0]) / (MAP_BOX[3] * SIZE_INCHES[1])
@@ -76,7 +78,8 @@ def _fill_panel(bounds: tuple[float, float, float, float]) -> tuple[tuple[float,
     return (x - 0.5 * height * aspect, x + 0.5 * height * aspect), (y - 0.5 * height, y + 0.5 * height)
 
 
-def _draw_cells(axes: Axes, grid: OccupancyGrid, T_world_map: SE2) -> None:
+def draw_cells(axes: Axes, grid: OccupancyGrid, T_world_map: SE2) -> None:
+    """Draw the cells of a map that are known."""
     known = np.argwhere(grid.states() >= 0)
     if len(known) == 0:
         return
@@ -96,7 +99,8 @@ def _draw_cells(axes: Axes, grid: OccupancyGrid, T_world_map: SE2) -> None:
     )
 
 
-def _draw_path(axes: Axes, path: Trajectory, colour: str, width: float, label: str) -> None:
+def draw_path(axes: Axes, path: Trajectory, colour: str, width: float, label: str) -> None:
+    """Draw a trajectory as a line."""
     x, y = path.poses[:: 1 + len(path) // MOST_POINTS, :2].T
     axes.plot(x, y, color=colour, lw=width, label=label, solid_capstyle="round", solid_joinstyle="round", zorder=3)
 
@@ -116,7 +120,8 @@ def _draw_scale_bar(axes: Axes, x_limits: tuple[float, float]) -> None:
     axes.text(x + length + 0.01 * (x_end - x), -0.028, f"{length:g} m", va="center", color=palette.INK, size=11, transform=below)
 
 
-def _draw_curve(axes: Axes, curve: Curve) -> None:
+def draw_curve(axes: Axes, curve: Curve) -> None:
+    """Draw one panel of lines over time, from 0 upwards."""
     for line in curve.lines:
         step = 1 + len(line.stamps) // MOST_POINTS
         axes.plot(line.stamps[::step], line.values[::step], color=line.colour, lw=1.5, label=line.label)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +26,39 @@ class KeyFrame:
     """(height, width) of 100 occupied, 0 free, -1 unknown: the map so far."""
     points: FloatArray
     """(K, 2) hits of the current scan in the map [m]."""
+    particles: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    """(N, 4) of x, y [m], yaw [rad], weight in the map; thinned."""
+    localizability: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    """D of the scan, see `Snapshot`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParticleHistory:
+    """How a particle filter's belief went, at stamps [s]."""
+
+    stamps: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(K,) [s]"""
+    count: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(K,) particles."""
+    effective: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(K,) N_eff = 1 / sum w^2."""
+    largest: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(K,) the largest weight, times the number of particles: 1 when all are equal."""
+    spread: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(K,) weighted standard deviation of the positions [m]."""
+
+    @classmethod
+    def of(cls, rows: Sequence[tuple[float, float, float, float, float]]) -> ParticleHistory:
+        """From one row of the fields at each stamp."""
+        return cls(*np.array(rows, dtype=np.float64).reshape(-1, 5).T)
+
+
+def belief_row(stamp: float, particles: FloatArray) -> tuple[float, float, float, float, float]:
+    """A row of `ParticleHistory` from particles (N, 4) of x, y [m], yaw [rad], weight."""
+    weights = particles[:, 3] / particles[:, 3].sum()
+    off = particles[:, :2] - np.sum(weights[:, None] * particles[:, :2], axis=0)
+    spread = math.sqrt(float(np.sum(weights * np.sum(off**2, axis=1))))
+    return stamp, float(len(weights)), 1.0 / float(np.sum(weights**2)), float(weights.max()) * len(weights), spread
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +80,8 @@ class RunRecord:
     statuses: tuple[Status, ...] = ()
     """One per frame."""
     key_frames: tuple[KeyFrame, ...] = ()
+    beliefs: ParticleHistory = field(default_factory=ParticleHistory)
+    """Empty when the pipeline has no particles."""
     view: View = field(default_factory=View)
     T_base_laser: SE2 = field(default_factory=SE2)
     T_world_map: SE2 | None = None

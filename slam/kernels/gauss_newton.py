@@ -13,8 +13,8 @@ from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 
 Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
 """Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
-COARSE, SLOPE = 150, 75
-"""So many points show the way and measure the slope; all of them are asked at the end."""
+COARSE, SLOPE = 100, 75
+"""At least so many points, evenly spread, show the way and measure the slope; all of them are asked at the end."""
 STEP = 0.02
 """Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import KnownMapError
 from slam.grid import FREE, OccupancyGrid
-from slam.kernels.facing import facing_of
+from slam.localization.panoramas import Panoramas
+from slam.localization.wall_faces import faced
 from slam.matching.surface_field import SurfaceField
 from slam.se2 import FloatArray
 
@@ -24,6 +26,8 @@ class KnownMap:
     """
 
     grid: OccupancyGrid
+    file: Path | None = None
+    """The YAML that it was read from, beside which may be kept what takes long to derive."""
 
     def __post_init__(self) -> None:
         if not self.grid.occupied().any():
@@ -44,4 +48,10 @@ class KnownMap:
     @cached_property
     def field(self) -> SurfaceField:
         """Nearest surfaces, each facing the free space beside it: the two sides of a thin wall are told apart."""
-        return SurfaceField(self.grid, facing=facing_of(self.grid.likely(), self.grid.states() == FREE))
+        grid, facing = faced(self.grid)
+        return SurfaceField(grid, facing=facing)
+
+    @cached_property
+    def panoramas(self) -> Panoramas:
+        """What a lidar would see from everywhere."""
+        return Panoramas.of(self.grid)

@@ -27,18 +27,22 @@ class CompactGrid:
     """(K,) hits behind each mean."""
     offsets: NDArray[np.float32]
     """(K, 2) mean hit minus cell centre [m]."""
+    facings: NDArray[np.int8]
+    """(K, 2) mean unit vector towards where the hits were seen from, 127 for 1: without it both faces of a thin wall melt into one."""
 
     @classmethod
-    def of(cls, grid: OccupancyGrid) -> CompactGrid:
-        """Pack a grid."""
+    def of(cls, grid: OccupancyGrid, facing: NDArray[np.float32]) -> CompactGrid:
+        """Pack a grid, and the `facing` (H, W, 2) of its surface field."""
         window, geometry = _known(grid)
         steps = np.rint(grid.log_odds[window] / STEP).astype(np.int8)
         cells = np.flatnonzero((steps > 0) & (grid.hit_count[window] > 0.0))
         counts = grid.hit_count[window].reshape(-1)[cells]
-        return cls(geometry, steps, cells.astype(np.int32), counts, grid.hit_offset[window].reshape(-1, 2)[cells])
+        offsets = grid.hit_offset[window].reshape(-1, 2)[cells]
+        facings = np.rint(127.0 * facing[window].reshape(-1, 2)[cells]).astype(np.int8)
+        return cls(geometry, steps, cells.astype(np.int32), counts, offsets, facings)
 
-    def grid(self) -> OccupancyGrid:
-        """Unpack, with two metres of room around."""
+    def unpacked(self) -> tuple[OccupancyGrid, NDArray[np.float32]]:
+        """The grid, with two metres of room around, and its facing (H, W, 2)."""
         margin = round(2.0 / self.geometry.resolution)
         g = self.geometry
         corner = SE2(g.T_map_grid.x - margin * g.resolution, g.T_map_grid.y - margin * g.resolution)
@@ -47,7 +51,9 @@ class CompactGrid:
         rows, cols = self.cells // g.width + margin, self.cells % g.width + margin
         grid.hit_count[rows, cols] = self.counts
         grid.hit_offset[rows, cols] = self.offsets
-        return grid
+        facing = np.zeros((*grid.log_odds.shape, 2), np.float32)
+        facing[rows, cols] = self.facings / np.float32(127.0)
+        return grid, facing
 
     def hits(self) -> FloatArray:
         """Mean hits (K, 2) in the submap's frame [m]."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
+from slam.mapping.agreement import MotionAgreement
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
@@ -56,6 +57,8 @@ class FrontEnd:
         """(3, 3) of the newest scan's pose in the local frame [m, rad]."""
         self.misses = 0
         """Unusable matches in a row."""
+        self.agreement = MotionAgreement()
+        """Between scans and odometry."""
         self.T_local_odom = T_local_base
         self._last: tuple[float, SE2, SE2] | None = None  # stamp, T_odom_base and T_local_base of the last scan
         self._velocity = np.zeros(3)
@@ -97,7 +100,10 @@ class FrontEnd:
         pose = guess if surfaces is None else self._correct(cloud, surfaces, guess, increment)
         self.T_local_odom = pose @ T_odom_base.inverse()
         if self._last is not None and cloud.stamp > self._last[0]:
-            self._velocity = (self._last[2].inverse() @ pose).log() / (cloud.stamp - self._last[0])
+            step = self._last[2].inverse() @ pose
+            self._velocity = step.log() / (cloud.stamp - self._last[0])
+            if surfaces is not None and not self.misses:
+                self.agreement.add(step, self._last[1].inverse() @ T_odom_base, self.motion.newest >= cloud.stamp)
         self._last = (cloud.stamp, T_odom_base, pose)
         return pose
 

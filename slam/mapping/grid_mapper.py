@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.errors import MapTooLargeError, require_not_negative, require_positive
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
@@ -45,10 +46,11 @@ class MapSettings:
 class GridMapper:
     """A map in the making: `T_map_grid` has no rotation."""
 
-    def __init__(self, settings: MapSettings, grid: OccupancyGrid | None = None) -> None:
+    def __init__(self, settings: MapSettings, grid: OccupancyGrid | None = None, facing: NDArray[np.float32] | None = None) -> None:
+        """A blank map, or one to go on with; `facing` (H, W, 2) is that of its surface field, where it is known."""
         self.settings = settings
         self.grid = grid or _blank(settings)
-        self.field = SurfaceField(self.grid)
+        self.field = SurfaceField(self.grid, facing=facing)
         self._touched = np.zeros(self.grid.log_odds.shape, np.uint8)
         self._frozen: OccupancyGrid | None = None
         self.full = False

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
+from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
@@ -76,6 +77,7 @@ class LidarPipeline:
         self._deviation = settings.deviation_start
         self._inflation = 1.0  # of the odometry's covariance, from how far matching has corrected it
         self._match: Match | None = None
+        self._agreement = MotionAgreement()  # between scans and odometry
         self._misses = 0  # unusable matches in a row
 
     def update(self, frame: SensorFrame) -> Estimate:
@@ -105,7 +107,10 @@ class LidarPipeline:
         T_map_base = self._correct(cloud, guess, increment)
         self._T_map_odom = T_map_base @ T_odom_base.inverse()
         if self._last is not None and scan.stamp > self._last[0]:
-            self._velocity = (self._last[2].inverse() @ T_map_base).log() / (scan.stamp - self._last[0])
+            step = self._last[2].inverse() @ T_map_base
+            self._velocity = step.log() / (scan.stamp - self._last[0])
+            if not self._misses:
+                self._agreement.add(step, self._last[1].inverse() @ T_odom_base, self._motion.newest >= scan.stamp)
         self._last = (scan.stamp, T_odom_base, T_map_base)
         self._path.append(scan.stamp, T_map_base)
         if len(cloud.points) > 0 and self._settings.keyframes.passes(self._keyframe, T_map_base):
@@ -190,7 +195,7 @@ class LidarPipeline:
         if self._last is not None:
             step = self._last[2].inverse() @ pose
             covariance = self._settings.noise.propagate(covariance, self._last[2], step)
-        reason = self._watch.silent(frame)
+        reason = self._watch.silent(frame) or (DISAGREE if self._agreement.broken else "")
         if self._match is not None and not self._usable(self._match):
             reason = "the scan does not match the map"
         if self._mapper.full:

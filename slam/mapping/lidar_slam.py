@@ -10,6 +10,7 @@ import numpy as np
 
 from slam.errors import require_not_negative, require_positive
 from slam.grid import OccupancyGrid
+from slam.mapping.agreement import DISAGREE
 from slam.mapping.front_end import FrontEnd, Tracking
 from slam.mapping.grid_mapper import MapSettings
 from slam.mapping.loop_closing import Here, LoopCloser, LoopClosing
@@ -262,7 +263,7 @@ class LidarSlamPipeline:
             self._moved = self.front.motion.newest
             self._place(frame.stamp)
         pose, covariance = self._placed
-        reason = self._watch.silent(frame)
+        reason = self._watch.silent(frame) or (DISAGREE if self.front.agreement.broken else "")
         if self._too_large:
             reason = "the map would be too large, it stays as it is"
         if self.front.misses:

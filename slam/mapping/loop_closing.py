@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative, require_positive
-from slam.mapping.submap import Submap
+from slam.mapping.submap import Agreement, Submap
 from slam.mapping.submaps import UNPACKED, Closure, Link, Submaps
 from slam.mapping.uncertainty import composed, inverted, to_body
 from slam.matching.branch_and_bound import BranchAndBound, ScorePyramid
@@ -31,7 +31,7 @@ class LoopClosing:
     score_min: float = 0.45
     """Score of the search that is worth a closer look."""
     inliers_min: float = 0.6
-    """Share of the scan's points that must lie on surfaces of the submap."""
+    """Share of the scan's points that must lie on surfaces of the submap, on the side from which it was seen."""
     known_min: float = 0.7
     """Share of the scan's points that must lie where the submap knows what is there."""
     contradicting_max: float = 0.15
@@ -39,7 +39,7 @@ class LoopClosing:
     deviation_max: float = 0.04
     """Largest standard deviation along the weakest axis of a recognised pose [m]; 0.4 of it in the heading [rad]."""
     near: float = 1.0
-    """Farthest from a kept scan of the submap that a scan may be recognised [m]: what was seen from afar is bent."""
+    """Farthest from a kept scan of the submap, and in its sight, that a scan may be recognised [m]: what was seen from afar is bent."""
     ambiguity_max: float = 0.9
     """Largest score of another place, against the best one's."""
     agreement: float = 0.15
@@ -62,6 +62,11 @@ class LoopClosing:
         """Whether a body covariance (3, 3) asks for a search."""
         sigma, turn = math.sqrt(max(covariance[0, 0], covariance[1, 1])), math.sqrt(covariance[2, 2])
         return 3.0 * sigma > self.search_above or 3.0 * turn > self.search_above
+
+    def satisfied(self, agreement: Agreement, inliers: float) -> bool:
+        """Whether a scan with such a share of points on surfaces fits a submap."""
+        fits = agreement.known >= self.known_min and agreement.contradicting <= self.contradicting_max
+        return fits and inliers - agreement.behind >= self.inliers_min
 
     def slipping(self) -> FloatArray:
         """Covariance (3, 3) of the slip."""
@@ -109,10 +114,10 @@ def recognise(
         return None
     match = settings.matcher.match(submap.surfaces, cloud.points, start, np.diag([0.3**2, 0.3**2, 0.15**2]), settings.search_above)
     T_submap_base = match.T_target_source
-    if not match.converged or match.inliers < settings.inliers_min or submap.nearest_kept(T_submap_base) > settings.near:
+    if not match.converged or match.inliers < settings.inliers_min or not submap.in_sight(T_submap_base, settings.near):
         return None
-    agreement = submap.agreement(T_submap_base, cloud.points)
-    if agreement.known < settings.known_min or agreement.contradicting > settings.contradicting_max:
+    agreement = submap.agreement(T_submap_base, cloud)
+    if not settings.satisfied(agreement, match.inliers):
         return None
     body = to_body(np.array(match.covariance), T_submap_base) + settings.loose()
     if max(body[0, 0], body[1, 1], body[2, 2] / 0.16) > settings.deviation_max**2:
@@ -194,9 +199,10 @@ class LoopCloser:
         """Submaps whose region may hold the robot, nearest first, with the expected `T_submap_base` and its body covariance."""
         chains = self._submaps.relative(here.current)
         T_map_current = self._submaps[here.current].T_map_submap
+        T_map_base = T_map_current @ here.T_current_base
         found: list[tuple[float, Submap, tuple[SE2, FloatArray]]] = []
         for other in self._submaps.all:
-            if other.number == here.current:
+            if other.number == here.current or _distance(other.T_map_submap, T_map_base) >= radius + self._settings.farthest:
                 continue
             T_other_current = other.T_map_submap.inverse() @ T_map_current
             relative = inverted(chains[other.number], T_other_current.inverse())

@@ -19,8 +19,9 @@ from slam.mapping.submap import Keyframe, Submap
 from slam.mapping.submaps import Link, Submaps
 from slam.se2 import SE2
 
-VERSION = 1
+VERSION = 2
 NAME = "session.npz"
+OF_A_SUBMAP = ("geometry", "steps", "cells", "counts", "offsets", "facings", "keyframes", "points", "beams")
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -80,6 +81,7 @@ def _arrays_of(submap: Submap) -> Arrays:
         "cells": compact.cells,
         "counts": compact.counts,
         "offsets": compact.offsets,
+        "facings": compact.facings,
         "keyframes": np.array([[k.stamp, *k.T_submap_base.as_array(), len(k.points)] for k in keyframes]).reshape(-1, 5),
         "points": np.concatenate([np.empty((0, 2), np.float32), *(k.points for k in keyframes)]),
         "beams": np.concatenate([np.empty((0, 2), np.float32), *(k.origins for k in keyframes)]),
@@ -89,9 +91,7 @@ def _arrays_of(submap: Submap) -> Arrays:
 def _restored(arrays: Mapping[str, NDArray[Any]], settings: MapSettings) -> Submaps:
     submaps = Submaps()
     for number, (stamp, *pose) in enumerate(arrays["origins"].tolist()):
-        own = {
-            name: arrays[f"{number}/{name}"] for name in ("geometry", "steps", "cells", "counts", "offsets", "keyframes", "points", "beams")
-        }
+        own = {name: arrays[f"{number}/{name}"] for name in OF_A_SUBMAP}
         submaps.add(Submap.restore((number, stamp, SE2(*pose)), settings, _compact(own, settings), _keyframes(own)))
     rows = zip(arrays["link_nodes"].tolist(), arrays["link_poses"], arrays["link_covariances"], strict=True)
     for (i, j, closure), pose, covariance in rows:
@@ -105,7 +105,7 @@ def _compact(own: Mapping[str, NDArray[Any]], settings: MapSettings) -> CompactG
         raise ValueError(f"its cells are {resolution:g} m wide, those asked for {settings.resolution:g} m")
     height, width = own["steps"].shape
     geometry = GridGeometry(resolution, width, height, SE2(x, y))
-    return CompactGrid(geometry, own["steps"], own["cells"], own["counts"], own["offsets"])
+    return CompactGrid(geometry, own["steps"], own["cells"], own["counts"], own["offsets"], own["facings"])
 
 
 def _keyframes(own: Mapping[str, NDArray[Any]]) -> list[Keyframe]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slam.errors import MapTooLargeError
 from slam.grid import OccupancyGrid
+from slam.kernels import sight
 from slam.mapping.compact_grid import CompactGrid
 from slam.mapping.grid_mapper import GridMapper, MapSettings
 from slam.matching.surface_field import SurfaceField
@@ -42,6 +43,8 @@ class Agreement:
     """In cells that the map knows."""
     contradicting: float
     """In free space, far from every surface."""
+    behind: float
+    """At walls of which the map knows only the other side: they may lie anywhere."""
 
 
 class Submap:
@@ -75,7 +78,8 @@ class Submap:
     def mapper(self) -> GridMapper:
         """The grid, unpacked."""
         if self._mapper is None:
-            self._mapper = GridMapper(self._settings, self._compact.grid() if self._compact else None)
+            grid, facing = self._compact.unpacked() if self._compact else (None, None)
+            self._mapper = GridMapper(self._settings, grid, facing)
         return self._mapper
 
     @property
@@ -91,7 +95,7 @@ class Submap:
     def compact(self) -> CompactGrid:
         """Packed, made once per change."""
         if self._compact is None:
-            self._compact = CompactGrid.of(self.mapper.grid)
+            self._compact = CompactGrid.of(self.mapper.grid, self.mapper.field.facing)
         return self._compact
 
     def pack(self) -> None:
@@ -126,18 +130,28 @@ class Submap:
         """Distance to the nearest kept scan [m]; inf without one."""
         return float(self._distances(T_submap_base).min(initial=np.inf))
 
+    def in_sight(self, T_submap_base: SE2, reach: float) -> bool:
+        """Whether a kept scan from within `reach` [m] sees a place, with no wall between."""
+        kept = self._places[self._distances(T_submap_base) < reach, :2]
+        here = self.surfaces.pose_in_grid(T_submap_base)
+        origins = np.repeat(np.array([[here.x, here.y]]), len(kept), axis=0)
+        return not bool(sight.pierced(origins, self.surfaces.T_grid_map.transform(kept), self.surfaces.arrays).all())
+
     def _distances(self, T_submap_base: SE2) -> FloatArray:
         return np.hypot(self._places[:, 0] - T_submap_base.x, self._places[:, 1] - T_submap_base.y)
 
-    def agreement(self, T_submap_base: SE2, points: FloatArray) -> Agreement:
-        """How points (M, 2) in base fit the map."""
+    def agreement(self, T_submap_base: SE2, cloud: PointScan) -> Agreement:
+        """How a scan fits the map."""
+        points = cloud.points
         if len(points) == 0:
-            return Agreement(0.0, 0.0)
+            return Agreement(0.0, 0.0, 0.0)
         geometry = self.grid.geometry
         cells = geometry.to_cells(T_submap_base.transform(points))
+        T_grid_base = self.surfaces.pose_in_grid(T_submap_base)
+        behind = sight.from_behind(T_grid_base.transform(cloud.origins), T_grid_base.transform(points), self.surfaces.arrays, NEAR)
         cells = cells[geometry.contains(cells)]
         log_odds = self.grid.log_odds[cells[:, 0], cells[:, 1]]
         squares = self.surfaces.squares[cells[:, 0], cells[:, 1]]
         known = (log_odds != 0.0) | (squares <= 4)
         astray = (log_odds < FREE) & (squares > (NEAR / geometry.resolution) ** 2)
-        return Agreement(float(known.sum()) / len(points), float(astray.sum()) / len(points))
+        return Agreement(*(float(which.sum()) / len(points) for which in (known, astray, behind)))

@@ -6,34 +6,25 @@ poses for use in estimation problems" (2014), to first order, in the plane and f
 
 from __future__ import annotations
 
-import numpy as np
-
+from slam.kernels import uncertainty as kernels
 from slam.se2 import SE2, FloatArray
 
 
 def to_body(covariance: FloatArray, T_a_b: SE2) -> FloatArray:
     """Body covariance (3, 3) from that of (x, y, yaw) in frame a."""
-    return _turned(covariance, T_a_b.rotation().T)
+    return kernels.turned(covariance, -T_a_b.yaw)
 
 
 def from_body(covariance: FloatArray, T_a_b: SE2) -> FloatArray:
     """Covariance (3, 3) of (x, y, yaw) in frame a from the body's."""
-    return _turned(covariance, T_a_b.rotation())
+    return kernels.turned(covariance, T_a_b.yaw)
 
 
 def composed(covariance_ab: FloatArray, T_b_c: SE2, covariance_bc: FloatArray) -> FloatArray:
     """Body covariance (3, 3) of `T_a_b @ T_b_c`, the two being independent."""
-    Ad = T_b_c.inverse().adjoint()
-    return Ad @ covariance_ab @ Ad.T + covariance_bc
+    return kernels.carried(covariance_ab, T_b_c.x, T_b_c.y, T_b_c.yaw) + covariance_bc
 
 
 def inverted(covariance: FloatArray, T_a_b: SE2) -> FloatArray:
     """Body covariance (3, 3) of `T_a_b.inverse()`."""
-    Ad = T_a_b.adjoint()
-    return Ad @ covariance @ Ad.T
-
-
-def _turned(covariance: FloatArray, R: FloatArray) -> FloatArray:
-    turn = np.eye(3)
-    turn[:2, :2] = R
-    return turn @ covariance @ turn.T
+    return kernels.inverted(covariance, T_a_b.x, T_a_b.y, T_a_b.yaw)

@@ -64,7 +64,7 @@ class GaussNewton:
             mean if start is None else start.as_array(),
             (mean, prior),
             field.T_map_grid.as_array(),
-            (field.nearest, field.surfaces, field.resolution),
+            field.arrays,
             (self.iterations, kernel, self.kernel_min, self.tolerance, self.shrink, self.lone_weight),
             (self.residual_floor, self.correlated_beams, self.systematic),
         )

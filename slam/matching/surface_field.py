@@ -46,6 +46,11 @@ class SurfaceField:
         """(H, W, 2) mean unit vector from the hits of a cell towards where they were seen from; 0 where that is not known."""
         self.update(grid, np.arange(grid.log_odds.size))
 
+    @property
+    def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.float32], float]:
+        """Nearest occupied cells, surfaces and cell size, as kernels take them."""
+        return self.nearest, self.surfaces, self.resolution
+
     def update(self, grid: OccupancyGrid, changed: NDArray[np.int64]) -> None:
         """Follow the grid in the flat cells that changed."""
         now = grid.likely_at(changed)

@@ -6,6 +6,7 @@ import logging
 import math
 from collections import deque
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -117,13 +118,31 @@ class DeadReckoning:
 
     def gyro_turn(self, start: float, end: float) -> float | None:
         """Turn between two times [rad] by the trapezoid rule; None where the gyro does not cover them."""
-        stamps = np.array([reading.stamp for reading in self._gyro])
-        around = stamps[max(int(np.searchsorted(stamps, start)) - 1, 0) : int(np.searchsorted(stamps, end)) + 1]
-        if len(around) < 2 or around[0] > start + SILENCE or around[-1] < end - SILENCE or np.diff(around).max() > SILENCE:
+        around = self._gyro_around(start, end)
+        if len(around) < 2 or around[0].stamp > start + SILENCE or around[-1].stamp < end - SILENCE:
             return None
-        rates = np.array([reading.yaw_rate for reading in self._gyro]) - self._bias
-        grid = np.concatenate([[start], stamps[(stamps > start) & (stamps < end)], [end]])
-        return float(np.trapezoid(np.interp(grid, stamps, rates), grid))
+        turn = max(around[0].stamp - start, 0.0) * around[0].yaw_rate + max(end - around[-1].stamp, 0.0) * around[-1].yaw_rate
+        for a, b in pairwise(around):
+            gap = b.stamp - a.stamp
+            if gap > SILENCE:
+                return None
+            left, right = max(a.stamp, start), min(b.stamp, end)
+            if right > left:
+                middle = (0.5 * (left + right) - a.stamp) / gap
+                turn += (right - left) * (a.yaw_rate + middle * (b.yaw_rate - a.yaw_rate))
+        return turn - self._bias * (end - start)
+
+    def _gyro_around(self, start: float, end: float) -> list[Imu]:
+        """The readings between two times [s], the one before and the one after."""
+        around: list[Imu] = []
+        for reading in reversed(self._gyro):
+            if reading.stamp >= end:
+                around.clear()
+            around.append(reading)
+            if reading.stamp < start:
+                break
+        around.reverse()
+        return around
 
     def _learn_bias(self, delta: SE2, start: float, end: float) -> None:
         """Average the gyro while the wheels stand still."""

@@ -28,6 +28,8 @@ class Tour:
     """Distance along the route to the point pursued [m]."""
     turn_above: float = 0.9
     """Bearing of the pursued point beyond which the robot turns on the spot [rad]."""
+    look_around: float = 0.5
+    """Yaw rate at which the robot turns on the spot while it does not know where it is [rad/s]."""
 
     def build(self, route: FloatArray) -> TourPolicy:
         """Make the policy for waypoints (N, 2) [m] in the map."""
@@ -44,8 +46,10 @@ class TourPolicy:
         self._progress = 0.0
 
     def __call__(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist:
-        """The next command; stops while the pose is lost."""
-        return Twist() if estimate.status == Status.LOST else self.pursue(estimate.T_map_base)
+        """The next command; looks around while the pose is lost or one of several."""
+        if estimate.status in (Status.LOST, Status.AMBIGUOUS):
+            return Twist(0.0, self._settings.look_around)
+        return self.pursue(estimate.T_map_base)
 
     def pursue(self, T_map_base: SE2) -> Twist:
         """The command at a pose."""

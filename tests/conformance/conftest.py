@@ -1,5 +1,6 @@
 """One factory for each registered backend, and the drive that all of them make (or made, when they were recorded)."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from hardware.faults import Faults
-from hardware.hal import Recorded, Robot
+from hardware.hal import Recorded, Resettable, Robot
 from hardware.recorder import Recorder
 from hardware.registry import BACKENDS, backend_class
 from hardware.urdf import urdf
 from slam.messages import SensorFrame, Twist
 
 FORWARD, LEFT = Twist(0.1, 0.0), Twist(0.0, 0.5)
+NOWHERE = ("tcp:127.0.0.1:9", "tcp:127.0.0.1:9")
 DURATION = 3.6
 """Two seconds forward, one and a half to the left."""
 
@@ -27,6 +29,12 @@ class Case:
 
     make: Callable[[], Robot]
     fail: Callable[[], None]
+
+
+@pytest.fixture(scope="session")
+def live() -> Callable[[Robot], bool]:
+    """Whether a body's time is that of the world: nobody lands on a time exactly."""
+    return lambda robot: not isinstance(robot, Resettable | Recorded)
 
 
 def scripted(t: float) -> Twist:
@@ -43,6 +51,10 @@ def drive_script(robot: Robot, each: Callable[[], None] = lambda: None) -> list[
     return frames
 
 
+def _real(ev3: type, brick: str, lidar: str) -> Robot:
+    return ev3(ev3=brick, lidar=lidar).build()
+
+
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("recording")
@@ -52,10 +64,12 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def cases(recording: Path) -> dict[str, Case]:
-    sim, kinematic, replay = (backend_class(name) for name in ("sim", "kinematic", "replay"))
+def cases(recording: Path, emulate: Callable[..., tuple[str, str]]) -> dict[str, Case]:
+    sim, kinematic, replay, ev3 = (backend_class(name) for name in ("sim", "kinematic", "replay", "ev3"))
+    emulated = itertools.cycle([emulate(), emulate("--seed", "1")])  # two of them live side by side
     nowhere = recording / "no_such_file"
     return {
+        "ev3": Case(lambda: _real(ev3, *next(emulated)), lambda: _real(ev3, *NOWHERE).open()),
         "sim": Case(lambda: sim().build(), lambda: sim(world="no_such_world").build().open()),
         "kinematic": Case(lambda: kinematic().build(), lambda: kinematic(world="no_such_world").build().open()),
         "replay": Case(lambda: replay(path=recording).build(), lambda: replay(path=nowhere).build().open()),

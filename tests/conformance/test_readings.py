@@ -53,12 +53,15 @@ def test_ranges_are_within_the_limits_or_not_finite(run):
         assert finite.max() <= scan.range_max
 
 
-def test_sensors_keep_the_rates_of_the_spec(run):
+def test_sensors_keep_the_rates_of_the_spec(run, live):
     robot, frames = run
     periods = {"odometry": robot.spec.drive.period, "imu": robot.spec.imu.period, "scans": robot.spec.lidar.period}
     for channel, period in periods.items():
         stamps = [reading.stamp for reading in gathered(frames, channel)]
-        assert np.allclose(np.diff(stamps), period, atol=1e-6)
+        if live(robot):
+            assert np.median(np.diff(stamps)) == pytest.approx(period, rel=0.1)
+        else:
+            assert np.allclose(np.diff(stamps), period, atol=1e-6)
 
 
 def test_arrays_cannot_be_written(run):
@@ -75,12 +78,15 @@ def test_a_scan_comes_when_odometry_covers_its_last_beam(run):
         assert all(scan.end <= covered for scan in frame.scans)
 
 
-def test_nothing_is_delivered_twice(case):
+def test_nothing_is_delivered_twice(case, live):
     with case.make() as robot:
         robot.clock.sleep_until(robot.clock.now() + 0.3)
-        robot.read()
+        before = robot.read()
         frame = robot.read()
-    assert (frame.odometry, frame.imu, frame.scans) == ((), (), ())
+    for channel in ("odometry", "imu", "scans"):
+        stamps = [reading.stamp for reading in getattr(before, channel)]
+        assert live(robot) or getattr(frame, channel) == ()
+        assert all(reading.stamp > max(stamps, default=-math.inf) for reading in getattr(frame, channel))
 
 
 def test_forward_is_along_x_in_metres(run):

@@ -44,5 +44,5 @@ def test_the_table_is_written(tmp_path):
 
 
 def test_an_unknown_experiment_lists_the_known_ones():
-    with pytest.raises(UsageError, match="no experiment 'icq'; available: icp"):
+    with pytest.raises(UsageError, match="no experiment 'icq'; available: amcl_turns, convergence, "):
         main(["icq"])

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from hardware.spec import DriveSpec
-from sim.drive import MAX_ACCELERATION, STALL_TIME, Motors, Odometer, RegulatedMotors, Wheels, possible
+from sim.drive import MAX_ACCELERATION, STALL_TIME, Motors, Odometer, RegulatedMotors, Wheels
 from sim.drive_errors import DriveErrors
 from sim.motion import STEP, Motion
 from sim.motor_kernel import PERCENT_RATE, STRENGTH
@@ -159,7 +159,7 @@ def test_within_the_backlash_only_friction_brakes_the_wheel():
 
 
 def test_a_possible_twist_has_wheel_rates_in_whole_percent():
-    twist = possible(SPEC, Twist(0.2, 0.37), PERCENT_RATE)
+    twist = SPEC.possible(Twist(0.2, 0.37), PERCENT_RATE)
     percents = [rate / PERCENT_RATE for rate in SPEC.wheel_rates(twist)]
     assert percents == pytest.approx([round(percent) for percent in percents], abs=1e-9)
     assert (twist.v, twist.omega) == pytest.approx((0.2, 0.37), abs=0.045)
@@ -167,10 +167,10 @@ def test_a_possible_twist_has_wheel_rates_in_whole_percent():
 
 @pytest.mark.parametrize("twist", [Twist(0.35, 0.0), Twist(0.0, -3.0), Twist(-0.35, 0.1)])
 def test_a_possible_twist_stays_within_the_limits(twist):
-    rounded = possible(SPEC, SPEC.limit(twist), PERCENT_RATE)
+    rounded = SPEC.possible(SPEC.limit(twist), PERCENT_RATE)
     assert abs(rounded.v) <= SPEC.max_speed
     assert abs(rounded.omega) <= SPEC.max_yaw_rate
 
 
 def test_perfect_motors_take_any_twist():
-    assert possible(SPEC, Twist(0.1234, 0.567), 0.0) == Twist(0.1234, 0.567)
+    assert SPEC.possible(Twist(0.1234, 0.567), 0.0) == Twist(0.1234, 0.567)

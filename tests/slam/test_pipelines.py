@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from slam.errors import UnknownNameError
+from slam.grid import LOG_ODDS_LIMIT, GridGeometry
+from slam.localization.known_map import KnownMap
 from slam.messages import Estimate, Imu, LaserScan, SensorFrame, Status, WheelOdometry
-from slam.pipelines import PIPELINES, Pipeline, pipeline_settings, warm_up
+from slam.pipelines import LOCALIZERS, PIPELINES, Pipeline, pipeline_settings, warm_up
 from slam.se2 import SE2
 from slam.se3 import SE3
 
@@ -112,8 +114,28 @@ DAMAGE: dict[str, Callable[[Frames], Frames]] = {
 }
 
 
+KNOWN: list[KnownMap] = []
+"""The map of the room, for those that need one."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def known_map(room: Any, make_grid: Any) -> KnownMap:
+    geometry = GridGeometry(0.05, 100, 80, SE2(-2.5, -2.0))
+    grid = make_grid(room.samples(), geometry)
+    rows, cols = np.mgrid[0:80, 0:100]
+    x, y = geometry.to_points(np.column_stack([rows.ravel(), cols.ravel()])).T.reshape(2, 80, 100)
+    inside = (x > -1.97) & (x < 2.03) & (y > -1.46) & (y < 1.54) & ~((x > 0.81) & (x < 1.37) & (y > 0.62) & (y < 1.12))
+    grid.log_odds[inside & (grid.log_odds == 0.0)] = -LOG_ODDS_LIMIT
+    KNOWN[:] = [KnownMap(grid.frozen_copy())]
+    return KNOWN[0]
+
+
+def build(name: str, T_map_base: SE2 | None = START) -> Pipeline:
+    return LOCALIZERS[name]().build(KNOWN[0], T_map_base) if name in LOCALIZERS else pipeline_settings(name)().build(T_map_base)
+
+
 def run(name: str, frames: Frames, T_map_base: SE2 | None = START) -> tuple[list[Estimate], Pipeline]:
-    pipeline = pipeline_settings(name)().build(T_map_base)
+    pipeline = build(name, T_map_base)
     return [pipeline.update(frame) for frame in frames], pipeline
 
 
@@ -127,8 +149,13 @@ def assert_sane(estimate: Estimate, frame: SensorFrame) -> None:
     assert (estimate.status == Status.TRACKING) == (estimate.reason == "")
 
 
-@pytest.fixture(params=sorted(PIPELINES))
+@pytest.fixture(params=sorted([*PIPELINES, *LOCALIZERS]))
 def name(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(params=sorted(PIPELINES))
+def mapper(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
@@ -154,14 +181,14 @@ def test_the_covariance_of_a_matched_pose_covers_its_error(frames: Frames) -> No
     assert error @ np.linalg.solve(estimate.covariance, error) < 16.0
 
 
-def test_the_start_is_where_it_is_said_to_be(name: str, frames: Frames) -> None:
-    first = run(name, frames[:1], SE2(7.0, -2.0, 1.0))[0][0]
+def test_the_start_is_where_it_is_said_to_be(mapper: str, frames: Frames) -> None:
+    first = run(mapper, frames[:1], SE2(7.0, -2.0, 1.0))[0][0]
     off = SE2(7.0, -2.0, 1.0).inverse() @ first.T_map_base
     np.testing.assert_allclose(off.as_array(), 0.0, atol=1e-9)
 
 
-def test_unless_told_otherwise_the_robot_starts_at_the_origin(name: str, frames: Frames) -> None:
-    np.testing.assert_allclose(run(name, frames[:1], None)[0][0].T_map_base.as_array(), 0.0, atol=1e-9)
+def test_unless_told_otherwise_the_robot_starts_at_the_origin(mapper: str, frames: Frames) -> None:
+    np.testing.assert_allclose(run(mapper, frames[:1], None)[0][0].T_map_base.as_array(), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("damage", ["none", "no gyro", "gyro falls silent", "lidar falls silent", "empty frames"])
@@ -257,7 +284,7 @@ def test_the_same_frames_give_the_same_bits(name: str, frames: Frames) -> None:
 
 
 def test_a_snapshot_is_frozen_and_stays_as_it_was(name: str, frames: Frames) -> None:
-    pipeline = pipeline_settings(name)().build(START)
+    pipeline = build(name)
     for frame in frames[:10]:
         pipeline.update(frame)
     snapshot = pipeline.snapshot()
@@ -275,8 +302,8 @@ def test_the_final_trajectory_has_a_pose_for_every_scan(name: str, frames: Frame
     np.testing.assert_array_equal(trajectory.stamps, [scan.stamp for frame in frames for scan in frame.scans])
 
 
-def test_a_pipeline_draws_the_walls_that_it_sees(name: str, frames: Frames) -> None:
-    walls = run(name, frames)[1].snapshot().map.wall_points()
+def test_a_pipeline_draws_the_walls_that_it_sees(mapper: str, frames: Frames) -> None:
+    walls = run(mapper, frames)[1].snapshot().map.wall_points()
     assert len(walls) > 100
     near = (np.abs(np.abs(walls[:, 0] - 0.03) - 2.0) < 0.1) | (np.abs(np.abs(walls[:, 1] - 0.04) - 1.5) < 0.1)
     cupboard = (walls > [0.71, 0.52]).all(axis=1) & (walls < [1.47, 1.22]).all(axis=1)
@@ -284,7 +311,7 @@ def test_a_pipeline_draws_the_walls_that_it_sees(name: str, frames: Frames) -> N
 
 
 def test_an_unknown_pipeline_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: icp_odometry, lidar"):
+    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: amcl, icp_odometry, lidar"):
         pipeline_settings("ladar")
 
 

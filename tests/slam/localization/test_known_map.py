@@ -25,8 +25,8 @@ def test_the_two_faces_of_a_wall_look_to_their_own_rooms():
     assert (left[FLATNESS], right[FLATNESS]) == (ONE_SIDED, ONE_SIDED)
     assert left[NORMAL_X] == pytest.approx(-1.0)
     assert right[NORMAL_X] == pytest.approx(1.0)
-    assert left[0] == pytest.approx(0.525)
-    assert right[0] == pytest.approx(0.575)
+    assert left[0] == pytest.approx(0.5)  # where the free space ends
+    assert right[0] == pytest.approx(0.6)
 
 
 def test_a_wall_of_one_cell_is_seen_from_both_sides():

@@ -1,0 +1,238 @@
+"""The real robot: an EV3 and a lidar, composed into a `Robot`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports
+from hardware.drivers.hokuyo import HokuyoDriver
+from hardware.drivers.orders import Orders
+from hardware.errors import HardwareError, NotOpenError, SpecError
+from hardware.hal import Health
+from hardware.queues import EventQueue, Subscription
+from hardware.spec import DriveSpec, RobotSpec
+from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
+
+SENSORS = ("odometry", "imu", "scans")
+HOLD_LIMIT = 1.0
+"""A scan is not held longer than this for odometry that does not come [s]."""
+FRESH = 0.1
+"""An encoder reading older than this is not the end of a frame: the brick is silent [s]."""
+BLIND_TIME = 1.0
+"""Without a scan for so long the robot does not drive [s]."""
+STALL_PATIENCE = 1.0
+"""A wheel that is stalled for so long is not driven on until a twist of zero has been commanded [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ev3:
+    """The real robot."""
+
+    ev3: str = "usb"
+    """Where the brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
+    lidar: str = "/dev/ttyACM0"
+    """Where the lidar is: the path of a serial port, or `tcp:HOST[:PORT]`; empty: there is none."""
+    ports: Ev3Ports = field(default_factory=Ev3Ports)
+    """What is plugged into the brick where."""
+    low_battery: float = 6.2
+    """The robot does not drive when the battery has less [V]; the rechargeable pack warns at 7.1."""
+    spec: RobotSpec = field(default_factory=RobotSpec)
+    """Wheels, limits, sensors and their mounts."""
+
+    def __post_init__(self) -> None:
+        spec = self.spec
+        if spec.drive is None:
+            raise SpecError("the robot drives on wheels; give the spec a `drive`")
+        imu = replace(spec.imu, period=spec.drive.period) if spec.imu is not None and self.ports.gyro else None  # both in one message
+        object.__setattr__(self, "spec", replace(spec, camera=None, imu=imu, lidar=spec.lidar if self.lidar else None))
+
+    def build(self) -> Ev3Robot:
+        """Make the robot; nothing is opened yet."""
+        return Ev3Robot(self)
+
+
+class Ev3Robot:
+    """Implements `Robot` of `hardware.hal`."""
+
+    def __init__(self, parameters: Ev3) -> None:
+        self._parameters = parameters
+        spec = parameters.spec
+        self._odometry, self._imu, self._scans = EventQueue[WheelOdometry](), EventQueue[Imu](), EventQueue[LaserScan]()
+        self._queues: dict[str, EventQueue[Any]] = {
+            "odometry": self._odometry,
+            "imu": self._imu,
+            "scans": self._scans,
+            "commands": EventQueue[Any](),
+            "images": EventQueue[Any](),
+        }
+        self._orders = Orders(spec.drive or DriveSpec(), PERCENT_RATE, self._queues["commands"])
+        self._brick = Ev3Driver(parameters.ev3, parameters.ports, spec, self._orders, (self._odometry, self._imu))
+        self._lidar = HokuyoDriver(parameters.lidar, spec.lidar, self._scans) if spec.lidar is not None else None
+        self._inbox: dict[str, Subscription[Any]] = {}
+        self._held: list[LaserScan] = []
+        self._covered = float("-inf")
+        self._clock = HostClock()
+        self._opened = 0.0
+        self._stuck: float | None = None
+        self._given_up = False
+        self._framed = float("-inf")
+        self._emergency = False
+
+    @property
+    def spec(self) -> RobotSpec:
+        """What the robot is."""
+        return self._parameters.spec
+
+    @property
+    def clock(self) -> HostClock:
+        """The computer's monotonic clock."""
+        return self._clock
+
+    @property
+    def queues(self) -> Mapping[str, EventQueue[Any]]:
+        """`odometry`, `imu`, `scans`, `images` (always empty), `commands`."""
+        return self._queues
+
+    def open(self) -> None:
+        """Take hold of brick and lidar; an open robot stays as it is.
+
+        Raises:
+            DeviceError: one of them cannot be used; nothing is held.
+        """
+        if self._clock.running:
+            return
+        for queue in self._queues.values():
+            queue.latest = None
+        with ExitStack() as held:
+            if self._lidar is not None:
+                self._lidar.open()
+                held.callback(self._lidar.close)
+            self._inbox = {name: self._queues[name].subscribe() for name in SENSORS}
+            held.callback(self._unsubscribe)
+            self._brick.open()
+            held.pop_all()
+        self._held, self._covered, self._framed = [], float("-inf"), float("-inf")
+        self._stuck, self._given_up, self._emergency = None, False, False
+        self._opened = time.monotonic()
+        self._clock.running = True
+
+    def close(self) -> None:
+        """Stop the wheels and let go. May be called twice."""
+        self._clock.running = False
+        self._brick.close()
+        if self._lidar is not None:
+            self._lidar.close()
+        self._unsubscribe()
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def read(self) -> SensorFrame:
+        """Everything since the last read, oldest first; a scan waits for the odometry of its end.
+
+        Raises:
+            NotOpenError: outside `open()` .. `close()`.
+        """
+        self._clock.require()
+        scans, imu, odometry = (tuple(self._inbox[name].take()) for name in ("scans", "imu", "odometry"))
+        now = self._clock.now()
+        self._covered = odometry[-1].stamp if odometry else self._covered
+        waiting = [*self._held, *scans]
+        ready = 0
+        while ready < len(waiting) and (waiting[ready].end <= self._covered or now - waiting[ready].end > HOLD_LIMIT):
+            ready += 1
+        self._held = waiting[ready:]
+        # a frame ends on its last encoder reading, or the estimate would be of a time that nothing was measured at
+        self._framed = max(self._framed, self._covered if now - self._covered < FRESH else now)
+        return SensorFrame(self._framed, odometry, imu, tuple(waiting[:ready]), self.spec.available)
+
+    def drive(self, twist: Twist) -> Twist:
+        """Command a twist of `base`; returns what is really commanded after limits, zero while it is not safe to move.
+
+        Raises:
+            NotOpenError: outside `open()` .. `close()`.
+        """
+        self._clock.require()
+        now = self._clock.now()
+        return self._orders.give(Twist() if self._must_stand(twist, now) else twist, now)
+
+    def stop_at_once(self) -> None:
+        """Emergency stop: nothing moves the wheels again before the next `open()`."""
+        self._emergency = True
+        self._orders.halt()
+
+    def health(self) -> Health:
+        """The body's state now."""
+        state = self._brick.state
+        link = self._brick.link and (self._lidar is None or self._lidar.link)
+        dropped = sum(inbox.dropped for inbox in self._inbox.values())
+        return Health(state.volts, state.stalled, link, dropped, self._emergency)
+
+    def _must_stand(self, twist: Twist, now: float) -> bool:
+        state = self._brick.state
+        self._watch_for_stall(twist, now, state.stalled)
+        empty = state.volts is not None and state.volts < self._parameters.low_battery
+        return self._emergency or self._given_up or empty or self._is_blind(now)
+
+    def _watch_for_stall(self, twist: Twist, now: float, stalled: bool) -> None:
+        """Give up on a wheel that is held, until the caller commands to stand."""
+        if twist == Twist():
+            self._given_up = False
+        if not stalled or twist == Twist():
+            self._stuck = None
+        elif self._stuck is None:
+            self._stuck = now
+        self._given_up |= self._stuck is not None and now - self._stuck > STALL_PATIENCE
+
+    def _is_blind(self, now: float) -> bool:
+        if self._lidar is None:
+            return False
+        latest = self._scans.latest
+        return now - (latest.end if latest is not None else self._opened) > BLIND_TIME
+
+    def _unsubscribe(self) -> None:
+        for name, inbox in self._inbox.items():
+            self._queues[name].unsubscribe(inbox)
+        self._inbox = {}
+
+
+class HostClock:
+    """The computer's monotonic clock. Implements `hardware.hal.Clock`."""
+
+    def __init__(self) -> None:
+        self.running = False
+
+    def now(self) -> float:
+        """Time [s]; its zero is the computer's."""
+        return time.monotonic()
+
+    def sleep_until(self, t: float) -> bool:
+        """Wait until `t` [s].
+
+        Raises:
+            NotOpenError: outside the robot's `open()` .. `close()`.
+            HardwareError: `t` is not a time.
+        """
+        self.require()
+        if not t < float("inf"):
+            raise HardwareError(f"cannot sleep until {t}; give a finite time")
+        while (left := t - time.monotonic()) > 0.0:
+            time.sleep(left)
+        return True
+
+    def require(self) -> None:
+        """Be open.
+
+        Raises:
+            NotOpenError: the robot is not.
+        """
+        if not self.running:
+            raise NotOpenError

@@ -1,0 +1,80 @@
+"""Decoders of the devices' bytes: random and mutated frames, and how fast good ones are read."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from hardware.protocols import ev3_codes, ev3_direct, scip
+from hardware.protocols.errors import ProtocolError
+from hardware.protocols.ev3_codes import Instruction, Variable
+from hardware.protocols.scip import Replies, Reply, Sweep
+from scripts.bench.row import Row
+
+FRAMES = 1_000_000
+"""Into each decoder."""
+
+
+def run(smoke: bool) -> list[Row]:
+    """Rows of each decoder: frames of garbage that made it fail with anything but its own error, and its speed."""
+    frames = 2000 if smoke else FRAMES
+    counts = [Instruction("OUTPUT_GET_COUNT", (0, k, Variable(4 * k))) for k in range(4)]
+    request = ev3_direct.command(7, *counts, global_bytes=16)
+    reply = ev3_direct.Reply(7, bytes(range(16))).pack()
+    scan = Reply("MD0044072501000", scip.DATA, scip.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
+    decoders: dict[str, tuple[bytes, Callable[[bytes], object]]] = {
+        "EV3 request": (request, lambda raw: ev3_codes.decode(ev3_direct.parse_request(raw).codes)),
+        "EV3 reply": (reply, ev3_direct.parse_reply),
+        "EV3 stream": (reply, lambda raw: ev3_direct.Messages().feed(raw)),
+        "SCIP scan": (scan, _scans),
+    }
+    return [row for name, (good, decode) in decoders.items() for row in _rows(name, good, decode, frames)]
+
+
+def _scans(raw: bytes) -> list[Sweep]:
+    return [scip.parse_sweep(reply, 3, 682) for reply in Replies().feed(raw)]
+
+
+def _rows(name: str, good: bytes, decode: Callable[[bytes], object], frames: int) -> list[Row]:
+    rng, failures = random.Random(name), 0
+    for _ in range(frames):
+        try:
+            decode(_mutated(good, rng))
+        except ProtocolError:
+            continue
+        except (ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
+            failures += 1
+    return [
+        Row("protocols", f"{name}: failures on {frames} broken frames", failures, "", "0"),
+        Row("protocols", f"{name}: decoding", 1e6 * _time(decode, good), "µs"),
+    ]
+
+
+def _mutated(good: bytes, rng: random.Random) -> bytes:
+    """A good frame with bytes changed, cut out or put in, or pure noise."""
+    if rng.random() < 0.2:
+        return rng.randbytes(rng.randrange(64))
+    raw = bytearray(good)
+    for _ in range(rng.randrange(1, 4)):
+        place = rng.randrange(len(raw) + 1)
+        kind = rng.random()
+        if kind < 0.5 and place < len(raw):
+            raw[place] = rng.randrange(256)
+        elif kind < 0.75:
+            del raw[place : place + rng.randrange(1, 9)]
+        else:
+            raw[place:place] = rng.randbytes(rng.randrange(1, 5))
+    return bytes(raw)
+
+
+def _time(decode: Callable[[bytes], object], good: bytes, rounds: int = 500) -> float:
+    """CPU time of one good frame [s]."""
+    times = []
+    for _ in range(rounds):
+        before = time.thread_time()
+        decode(good)
+        times.append(time.thread_time() - before)
+    return float(np.median(times))

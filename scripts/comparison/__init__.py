@@ -1,0 +1,1 @@
+"""Several pipelines on the same frames."""

@@ -1,0 +1,147 @@
+"""The verb `twin emulate`: the devices of the real robot, with the twin behind them, in real time."""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, TextIO
+
+from tyro.conf import arg
+
+from hardware.drivers.transport import host_and_port
+from hardware.emulators.channels import Channel, PtyChannel, TcpChannel
+from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
+from hardware.emulators.port import Port
+from hardware.emulators.urg_lidar import UrgLidar
+from hardware.protocols import ev3_direct
+from hardware.protocols.ev3_direct import Beacon
+from scripts.errors import UsageError
+from scripts.options import OptionalFile, parse
+from scripts.runs.interruption import interruptible
+from slam.messages import Trajectory
+
+HELP = "serve the brick and the lidar of the real robot on ports, with the twin behind them"
+SERIAL = "001653000000"
+"""Of the emulated brick."""
+DELAYS: dict[str, Callable[[], float]] = {
+    "none": lambda: 0.0,
+    "usb": lambda: random.lognormvariate(-4.78, 0.3),
+    "bluetooth": lambda: min(random.lognormvariate(-2.80, 0.45), 0.122),
+}
+"""Time from request to reply [s]: medians 8.4 and 61 ms, as measured on real bricks."""
+PAUSE = 0.1
+"""Between two looks whether to end [s]."""
+
+
+@dataclass(frozen=True)
+class EmulateOptions:
+    """Serve the brick and the lidar of the real robot on ports or pseudo-terminals, with the twin behind them, in real time.
+
+    $ twin emulate --world aruco_room                                 in one terminal, and in another
+    $ twin run --robot ev3 --ev3 tcp:127.0.0.1 --lidar tcp:127.0.0.1  the drivers of the real robot
+
+    Ctrl-C ends it.
+    """
+
+    world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
+    """World around the robot: NAME, NAME:option=value,... or a .toml file."""
+    robot: Literal["sim", "kinematic"] = "sim"
+    """Which twin is behind the devices."""
+    realism: Annotated[str, arg(metavar="NAME")] = "datasheet"
+    """How imperfect it is, as in `twin run`."""
+    seed: Annotated[int, arg(metavar="N")] = 0
+    """Of all its noise."""
+    ev3: Annotated[str, arg(metavar="WHERE")] = "tcp:127.0.0.1:5555"
+    """Where the brick is served: tcp:HOST:PORT (port 0: any that is free), or the path that a pseudo-terminal shall have."""
+    lidar: Annotated[str, arg(metavar="WHERE")] = "tcp:127.0.0.1:10940"
+    """Where the lidar is served: tcp:HOST:PORT, or the path that a pseudo-terminal shall have."""
+    delay: Literal["none", "usb", "bluetooth"] = "usb"
+    """How long the brick takes to answer."""
+    truth: OptionalFile = None
+    """File for the true way, a TUM trajectory on the clock of this computer, written as it goes; `twin run --truth` scores with it."""
+    duration: Annotated[float | None, arg(metavar="S", help_behavior_hint="(default: until Ctrl-C)")] = None
+    """Time to serve [s]."""
+
+
+def main(argv: list[str]) -> int:
+    """Serve; returns the exit code."""
+    options = parse(EmulateOptions, argv, "emulate")
+    if options.duration is not None and not options.duration > 0.0:
+        raise UsageError(f"--duration {options.duration:g}: give a positive number of seconds")
+    serve(options)
+    return 0
+
+
+def serve(options: EmulateOptions) -> None:
+    """Serve until the time is over or Ctrl-C.
+
+    Raises:
+        EmulatorError, WorldError, SimError: it cannot begin.
+    """
+    from hardware.registry import backend_class
+    from sim.wire import WiredTwin, on_the_wire
+
+    backend = backend_class(options.robot)
+    twin = WiredTwin(backend(world=options.world, seed=options.seed, realism=on_the_wire(options.realism)), time.monotonic)  # pyright: ignore
+    with ExitStack() as stack, interruptible() as stopped:
+        stack.enter_context(twin)
+        brick = Port(Ev3Brick(twin, wifi=options.ev3.startswith("tcp:"), delay=DELAYS[options.delay]), channel_at(options.ev3))
+        lidar = Port(UrgLidar(twin.next_turn, twin.now), channel_at(options.lidar))
+        for port in (brick, lidar):
+            stack.enter_context(port)
+        stack.enter_context(_beacon(brick.address))
+        print(f"brick at {brick.address}, lidar at {lidar.address}, {options.world} around them; Ctrl-C ends it", flush=True)
+        truth = stack.enter_context(_truth_file(options.truth))
+        end = time.monotonic() + (options.duration or float("inf"))
+        while not stopped() and time.monotonic() < end:
+            time.sleep(PAUSE)
+            if truth is not None:
+                truth.write(_lines(twin.new_truth()))
+                truth.flush()
+
+
+def _truth_file(path: Path | None) -> AbstractContextManager[TextIO | None]:
+    if path is None:
+        return nullcontext()
+    try:
+        return path.open("w", encoding="ascii")
+    except OSError as error:
+        raise UsageError(f"--truth {path}: {error.strerror}") from error
+
+
+def _lines(truth: Trajectory) -> str:
+    """Whole lines of a TUM file."""
+    rows = zip(truth.stamps.tolist(), truth.poses.tolist(), strict=True)
+    return "".join(f"{t:.6f} {x:.6f} {y:.6f} 0 0 0 {math.sin(0.5 * yaw):.9f} {math.cos(0.5 * yaw):.9f}\n" for t, (x, y, yaw) in rows)
+
+
+def channel_at(address: str) -> Channel:
+    """The wire that an address names.
+
+    Raises:
+        UsageError: it names none.
+    """
+    if not address:
+        raise UsageError("an address is missing: write tcp:HOST:PORT, or a path for a pseudo-terminal")
+    if not address.startswith("tcp:"):
+        return PtyChannel(Path(address))
+    place = address.removeprefix("tcp:")
+    if place.endswith(":0"):
+        return TcpChannel(place.removesuffix(":0") or "127.0.0.1", 0)
+    return TcpChannel(*host_and_port(place, 0))
+
+
+def _beacon(address: str) -> ExitStack:
+    """The brick's beacon, where it is served over TCP."""
+    stack = ExitStack()
+    if address.startswith("tcp:"):
+        host, port = host_and_port(address.removeprefix("tcp:"), ev3_direct.TCP_PORT)
+        sender = BeaconSender(Beacon(SERIAL, port), host)
+        sender.open()
+        stack.callback(sender.close)
+    return stack

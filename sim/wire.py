@@ -1,0 +1,189 @@
+"""The twin behind the emulated devices: what the brick's motors do and its sensors feel, what the lidar sees, as time goes by."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Self
+
+import numpy as np
+
+from hardware.emulators.urg_lidar import UG01, Turn
+from hardware.protocols import ev3_direct, scip
+from hardware.queues import EventQueue
+from sim.motion import STEP, WHEELS
+from sim.motor_kernel import PERCENT_RATE
+from sim.simulation import Simulation
+from sim.twin import Twin
+from slam.messages import Imu, LaserScan, Trajectory
+from slam.se2 import SE2
+from worlds.loader import load_world
+
+BEAT = 0.004
+"""Longest time between two looks at the clock [s]."""
+GYRO_INPUT = 3
+"""Counted from 0."""
+NOT_OF_THE_BODY = "drive.ramp=1e6,imu.latency=0,imu.jitter=0,imu.tail_share=0,imu.drop=0"
+"""What the twin does for the link and the program on the brick; here the real driver and the emulator do it."""
+WAITING = 3
+"""Turns of the lidar that are kept for a client."""
+VOLTS, AMPERES = 8.0, 0.2
+"""Of a twin without a battery."""
+EVERY = 5
+"""Physics steps from one true pose to the next."""
+
+
+def on_the_wire(realism: str) -> str:
+    """The realism of a body whose link and brick are emulated."""
+    return f"{realism}{',' if ':' in realism else ':'}{NOT_OF_THE_BODY}"
+
+
+class WiredTwin:
+    """A twin that follows a clock, from `open` to `close`. It is the `Body` of an emulated brick and the source of an emulated lidar."""
+
+    def __init__(self, twin: Twin, clock: Callable[[], float], outputs: tuple[int, int] = (0, 3)) -> None:
+        """Wire it up.
+
+        Args:
+            twin: the parameters of a twin, its realism made by `on_the_wire`.
+            clock: the host's monotonic clock [s].
+            outputs: of the brick, to which the left and the right motor are plugged (A is 0).
+        """
+        self._twin = twin
+        self._clock = clock
+        self._outputs = outputs
+        self._lock = threading.RLock()
+        self._queues: dict[str, EventQueue[Any]] = {name: EventQueue() for name in ("odometry", "imu", "scans", "images", "commands")}
+        self._inbox = {name: self._queues[name].subscribe() for name in ("imu", "scans")}
+        self._turns: deque[Turn] = deque(maxlen=WAITING)
+        self._goals = [0.0, 0.0]
+        self._rate_deg = 0.0
+        self._angle_deg = 0.0
+        self._told = 0
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._simulation: Simulation | None = None
+        self.start = 0.0
+        """Time zero of the twin on the host's clock [s]."""
+
+    @property
+    def simulation(self) -> Simulation:
+        """The episode."""
+        assert self._simulation is not None
+        return self._simulation
+
+    def open(self) -> None:
+        """Start the twin and its clock.
+
+        Raises:
+            WorldError, SimError: it cannot be simulated.
+        """
+        self._simulation = self._twin.simulate(load_world(self._twin.world), self._twin.seed)
+        self._simulation.advance(0.2, self._queues)  # kernels are compiled before anybody waits for them
+        self.start = self._clock() - self._simulation.now
+        self._thread = threading.Thread(target=self._follow, name="twin", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop; the truth stays. May be called twice."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+        self.simulation.close()
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def now(self) -> float:
+        """Time since the twin's start [s]."""
+        return self._clock() - self.start
+
+    def angle_deg(self, output: int) -> float:
+        """Angle of a motor now [deg]."""
+        if output not in self._outputs:
+            return 0.0
+        with self._lock:
+            now = self._catch_up()
+            row = self.simulation.motion.row_at(now)
+        return math.degrees(float(row[WHEELS + self._outputs.index(output)]))
+
+    def turn(self, output: int, percent: int) -> None:
+        """Regulate a motor to a speed in percent; 0 brakes."""
+        if output not in self._outputs:
+            return
+        with self._lock:
+            self._catch_up()
+            self._goals[self._outputs.index(output)] = percent * PERCENT_RATE
+            self.simulation.turn_wheels((self._goals[0], self._goals[1]))
+
+    def release(self, output: int) -> None:
+        """A motor that floats brakes here too: the twin's motors know no other rest."""
+        self.turn(output, 0)
+
+    def sensors(self) -> dict[int, int]:
+        """The gyro in input 4."""
+        return {GYRO_INPUT: ev3_direct.GYRO} if self._twin.spec.imu is not None else {}
+
+    def sense(self, number: int, mode: int) -> tuple[float, ...]:
+        """The gyro's angle and rate: whole degrees, clockwise."""
+        del number
+        with self._lock:
+            self._catch_up()
+            angle_deg, rate_deg = float(-round(self._angle_deg)), float(-round(self._rate_deg))
+        return {ev3_direct.GYRO_ANGLE: (angle_deg,), ev3_direct.GYRO_RATE: (rate_deg,), 3: (angle_deg, rate_deg)}.get(mode, ())
+
+    def battery(self) -> tuple[float, float]:
+        """Volts and amperes."""
+        volts = self.simulation.battery_volts
+        return (VOLTS if volts is None else volts), AMPERES
+
+    def next_turn(self) -> Turn | None:
+        """The next turn of the lidar that nobody has taken."""
+        with self._lock:
+            self._catch_up()
+            return self._turns.popleft() if self._turns else None
+
+    def pose(self, t: float) -> SE2:
+        """The truth: `T_world_base` at host time `t` [s]."""
+        with self._lock:
+            self._catch_up()
+            return self.simulation.motion.pose_at(t - self.start)
+
+    def new_truth(self) -> Trajectory:
+        """The truth since the last call, at times of the host."""
+        with self._lock:
+            track = self.simulation.motion.track[self._told :: EVERY].copy()
+            stamps = self.start + STEP * (self._told + EVERY * np.arange(len(track), dtype=np.float64))
+            self._told += EVERY * len(track)
+        return Trajectory(stamps, track)
+
+    def _follow(self) -> None:
+        while not self._ended.wait(BEAT):
+            with self._lock:
+                self._catch_up()
+
+    def _catch_up(self) -> float:
+        """Bring the twin to the present; returns its time [s]."""
+        now = self._clock() - self.start
+        if now <= self.simulation.now:
+            return self.simulation.now
+        self.simulation.advance(now, self._queues)
+        for reading in self._inbox["imu"].take():
+            self._feel(reading)
+        self._turns.extend(map(_turn, self._inbox["scans"].take()))
+        return now
+
+    def _feel(self, reading: Imu) -> None:
+        self._rate_deg = math.degrees(reading.yaw_rate)
+        imu = self._twin.spec.imu
+        self._angle_deg += self._rate_deg * (imu.period if imu is not None else 0.0)
+
+
+def _turn(scan: LaserScan) -> Turn:
+    return Turn(scan.stamp - UG01.first * scan.time_increment, scip.to_millimetres(scan.ranges))

@@ -1,0 +1,93 @@
+"""Particles moved by a sampled motion: Thrun, Burgard, Fox, Probabilistic Robotics (2005), tables 5.3 and 5.6.
+
+The noise comes as an array of standard normals, so that whoever calls decides about the random stream.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.kernels.jit import njit
+from slam.kernels.rays import directions
+
+
+@njit
+def move_by_odometry(
+    poses: NDArray[np.float64],
+    step: tuple[float, float, float],
+    deviations: tuple[float, float, float],
+    normals: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    """Poses (N, 3) [m, rad] after a turn, a way and a turn, each with noise of its own for every particle.
+
+    Args:
+        poses: (N, 3) before.
+        step: first turn [rad], way [m], second turn [rad].
+        deviations: their standard deviations.
+        normals: (N, 3) standard normal.
+    """
+    moved = np.empty_like(poses)
+    for n in range(len(poses)):
+        moved[n, 2] = poses[n, 2] + step[0] + deviations[0] * normals[n, 0]
+    heading = directions(moved)
+    for n in range(len(poses)):
+        way = step[1] + deviations[1] * normals[n, 1]
+        moved[n, 0] = poses[n, 0] + way * heading[0, n]
+        moved[n, 1] = poses[n, 1] + way * heading[1, n]
+        moved[n, 2] = _wrapped(moved[n, 2] + step[2] + deviations[2] * normals[n, 2])
+    return moved
+
+
+@njit
+def move_by_velocity(
+    poses: NDArray[np.float64],
+    motion: tuple[float, float, float],
+    deviations: tuple[float, float, float],
+    normals: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    """Poses (N, 3) [m, rad] after an arc at constant velocities, each with noise of its own for every particle.
+
+    The chord of an arc is L = v dt sinc(w dt / 2) in the direction of its middle: no division by a small yaw rate.
+
+    Args:
+        poses: (N, 3) before.
+        motion: speed v [m/s], yaw rate w [rad/s], time dt [s].
+        deviations: standard deviations of speed, yaw rate and final turn rate.
+        normals: (N, 3) standard normal.
+    """
+    dt = motion[2]
+    moved = np.empty_like(poses)
+    for n in range(len(poses)):
+        moved[n, 2] = poses[n, 2] + 0.5 * dt * (motion[1] + deviations[1] * normals[n, 1])
+    heading = directions(moved)
+    for n in range(len(poses)):
+        half = moved[n, 2] - poses[n, 2]
+        chord = dt * (motion[0] + deviations[0] * normals[n, 0]) * _sinc(half)
+        moved[n, 0] = poses[n, 0] + chord * heading[0, n]
+        moved[n, 1] = poses[n, 1] + chord * heading[1, n]
+        moved[n, 2] = _wrapped(moved[n, 2] + half + dt * deviations[2] * normals[n, 2])
+    return moved
+
+
+@njit
+def _sinc(x: float) -> float:
+    """sin(x) / x."""
+    return np.sin(x) / x if abs(x) > 1e-4 else 1.0 - x * x / 6.0
+
+
+@njit
+def _wrapped(angle: float) -> float:
+    """In (-pi, pi] [rad]."""
+    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
+
+
+@njit
+def in_frame(poses: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Poses (N, 3) of the frame in which `frame` (3,) x, y, yaw is given, seen from `frame`."""
+    c, s = np.cos(frame[2]), np.sin(frame[2])
+    seen = np.empty_like(poses)
+    for n in range(len(poses)):
+        dx, dy = poses[n, 0] - frame[0], poses[n, 1] - frame[1]
+        seen[n, 0], seen[n, 1], seen[n, 2] = c * dx + s * dy, c * dy - s * dx, poses[n, 2] - frame[2]
+    return seen

@@ -1,0 +1,1 @@
+"""What is recognised in pictures: people, markers and the map that these make."""

@@ -1,0 +1,286 @@
+"""ArUco and AprilTag markers in images: which, where their corners are below the pixel, and both poses that each may have."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.errors import ParameterError, SlamError, require_not_negative, require_positive
+from slam.kernels.lens import to_pixel
+from slam.kernels.planar_pose import carried, square_poses
+from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines, lens_of
+from slam.landmarks.sighting import Sighting
+from slam.messages import CameraInfo
+from slam.se2 import FloatArray
+from slam.se3 import SE3
+
+Image = NDArray[np.uint8]
+STILL = np.zeros(3)
+WINDOW = 13
+"""Side of the one neighbourhood that a picture is binarised by when it must be quick [px]; otherwise OpenCV's three: 3, 13, 23."""
+_REFINEMENTS: dict[CornerMethod, int] = {
+    "lines": cv2.aruco.CORNER_REFINE_NONE,
+    "none": cv2.aruco.CORNER_REFINE_NONE,
+    "subpix": cv2.aruco.CORNER_REFINE_SUBPIX,
+    "contour": cv2.aruco.CORNER_REFINE_CONTOUR,
+    "apriltag": cv2.aruco.CORNER_REFINE_APRILTAG,
+}
+
+
+class MarkerImageError(SlamError):
+    """An image in which no marker can be measured, because it does not fit its camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerFamily:
+    """Markers of one dictionary."""
+
+    dictionary: str = "DICT_ARUCO_MIP_36h12"
+    """OpenCV's name, or the path of a dictionary that OpenCV's calibration tools wrote."""
+    size: float = 0.12
+    """Side of the black square [m]."""
+    sizes: dict[str, float] = field(default_factory=dict[str, float])
+    """Of those ids that differ [m]."""
+    first: int = 0
+    """Added to this dictionary's ids, so that several dictionaries do not mix theirs."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "size")
+        require_not_negative(self, "first")
+        if not all(name.isdecimal() and size > 0.0 for name, size in self.sizes.items()):
+            raise ParameterError(self, "sizes", "ids with sizes above 0")
+
+    def size_of(self, marker: int) -> float:
+        """Side [m] of a marker of this dictionary."""
+        return self.sizes.get(str(marker), self.size)
+
+    def load(self) -> cv2.aruco.Dictionary:
+        """OpenCV's dictionary.
+
+        Raises:
+            ParameterError: there is none of this name.
+        """
+        name = self.dictionary if self.dictionary.startswith("DICT_") else f"DICT_{self.dictionary}"
+        if hasattr(cv2.aruco, name):
+            return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
+        dictionary = cv2.aruco.Dictionary()
+        if Path(self.dictionary).is_file():
+            storage = cv2.FileStorage(self.dictionary, cv2.FILE_STORAGE_READ)
+            if dictionary.readDictionary(storage.root()):
+                return dictionary
+        raise ParameterError(self, "dictionary", "a name such as DICT_ARUCO_MIP_36h12, DICT_4X4_50, DICT_APRILTAG_36h11, or a file")
+
+
+@dataclass(frozen=True, slots=True)
+class Markers:
+    """What markers there are and how they are found."""
+
+    families: tuple[MarkerFamily, ...] = (MarkerFamily(),)
+    """Dictionaries and sizes."""
+    corners: CornerMethod = "lines"
+    """`lines`, our own; OpenCV's `none`, `subpix`, `contour`, `apriltag` for comparison."""
+    quick: bool = False
+    """Binarise a picture once, not three times, unless that finds nothing: three times as fast, and in a film as good; in a single
+    photograph a marker may be missed."""
+    error_correction: float = 0.3
+    """Share of the bits that a dictionary can correct which is corrected; more finds markers where there are none."""
+    least_side: float = 12.0
+    """Shortest mean side [px]."""
+    worst_line: float = 0.5
+    """Largest RMS of the residuals of a marker's edges [px]."""
+    least_contrast: float = 8.0
+    """Of an edge [grey levels]."""
+    worst_blur: float = 0.4
+    """Largest blur, as a share of a module: beyond it neighbouring edges run into each other."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "least_side", "worst_line", "worst_blur")
+        require_not_negative(self, "error_correction", "least_contrast")
+        if not self.families:
+            raise ParameterError(self, "families", "one family at least")
+        if self.corners not in _REFINEMENTS:
+            raise ParameterError(self, "corners", f"one of {', '.join(_REFINEMENTS)}")
+
+    def build(self) -> MarkerDetector:
+        """Make the detector.
+
+        Raises:
+            ParameterError: a dictionary that there is not.
+        """
+        return MarkerDetector(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """What one image shows."""
+
+    sightings: tuple[Sighting, ...]
+    """By rising id."""
+    rejected: Counter[str]
+    """Reason -> how many were seen and not used.
+
+    `not decoded`, `twice`, `too small`, `no edges`, `poor edges`, `blurred`, `pale`, `no pose`.
+    """
+
+
+class MarkerDetector:
+    """Finds markers; keeps nothing from image to image."""
+
+    def __init__(self, settings: Markers) -> None:
+        self.settings = settings
+        dictionaries = [family.load() for family in settings.families]
+        self._modules = [dictionary.markerSize + 2.0 for dictionary in dictionaries]
+        passes = (True, False) if settings.quick else (False,)
+        self._passes = [cv2.aruco.ArucoDetector(dictionaries, _parameters(settings, quick)) for quick in passes]
+
+    def detect(self, image: Image, camera: CameraInfo, twist: FloatArray = STILL) -> Detection:
+        """Find the markers of an image.
+
+        Args:
+            image: (H, W) grey or (H, W, 3) red, green, blue.
+            camera: that took it.
+            twist: (3,) of base in base while it was taken: v_x, v_y [m/s], omega [rad/s]; corrects the rolling shutter.
+
+        Raises:
+            MarkerImageError: the camera's K is missing or of another resolution.
+        """
+        _require_camera(image, camera)
+        grey = np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+        corners, ids, families, undecoded = self._quads(grey)
+        rejected = Counter({"not decoded": undecoded} if undecoded else {})
+        once = _once(ids, rejected)
+        return self._measured(grey, camera, twist, (corners[once], ids[once], families[once]), rejected)
+
+    def _quads(self, grey: Image) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64], int]:
+        """Corners (N, 4, 2) [px], numbers (N,) with the family's first added, families (N,), and how many quadrilaterals are no markers."""
+        corners, ids, rejected, families = _decoded(self._passes[0], grey, len(self._modules))
+        if not corners and len(self._passes) > 1:
+            corners, ids, rejected, families = _decoded(self._passes[1], grey, len(self._modules))
+        if not corners:
+            return np.empty((0, 4, 2)), np.empty(0, np.int64), np.empty(0, np.int64), len(rejected)
+        of = np.zeros(len(corners), np.int64) if families is None else np.array(families, dtype=np.int64).reshape(-1)
+        firsts = np.array([family.first for family in self.settings.families], dtype=np.int64)
+        numbers = np.array(ids, dtype=np.int64).reshape(-1) + firsts[of]
+        return np.array(corners, dtype=np.float64).reshape(-1, 4, 2), numbers, of, len(rejected)
+
+    def _measured(
+        self,
+        grey: Image,
+        camera: CameraInfo,
+        twist: FloatArray,
+        quads: tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]],
+        rejected: Counter[str],
+    ) -> Detection:
+        corners, ids, of = quads
+        modules = np.array([self._modules[k] for k in of.tolist()], dtype=np.float64)
+        sizes = np.array([self._size(number, family) for number, family in zip(ids.tolist(), of.tolist(), strict=True)], dtype=np.float64)
+        method = self.settings.corners
+        rays, covariances, quality = fit_lines(grey, corners, modules, camera) if method == "lines" else as_found(corners, method, camera)
+        pixels, sides = _pixels(rays, camera), _sides(corners)
+        good = [n for n in range(len(ids)) if not _counted(rejected, self._fault(sides[n], quality[n], modules[n]))]
+        order = np.array(sorted(good, key=lambda n: int(ids[n])), dtype=np.int64)
+        rays, covariances, sizes = rays[order], covariances[order], sizes[order]
+        rays, poses = _poses(rays, covariances, sizes, (camera, pixels[order], twist))
+        R, t, chi = poses
+        sightings: list[Sighting] = []
+        for k, n in enumerate(order.tolist()):
+            if _counted(rejected, "" if np.isfinite(chi[k]).all() else "no pose"):
+                continue
+            branches = SE3(R[k, 0], t[k, 0]), SE3(R[k, 1], t[k, 1])
+            chi2 = float(chi[k, 0]), float(chi[k, 1])
+            sightings.append(
+                Sighting(
+                    int(ids[n]), float(sizes[k]), pixels[n], rays[k], covariances[k], branches, chi2, float(sides[n]), float(quality[n, 2])
+                )
+            )
+        return Detection(tuple(sightings), rejected)
+
+    def _size(self, number: int, family: int) -> float:
+        owner = self.settings.families[family]
+        return owner.size_of(number - owner.first)
+
+    def _fault(self, side: float, quality: FloatArray, modules: float) -> str:
+        """Why a marker is not used; empty when it is."""
+        rms, contrast, blur = quality.tolist()
+        s = self.settings
+        faults = {
+            "too small": side < s.least_side,
+            "no edges": not np.isfinite(rms),
+            "pale": contrast < s.least_contrast,
+            "blurred": blur > s.worst_blur * side / modules,
+            "poor edges": rms > s.worst_line,
+        }
+        return next((name for name, is_so in faults.items() if is_so), "")
+
+
+def _decoded(detector: cv2.aruco.ArucoDetector, grey: Image, dictionaries: int) -> tuple[Any, Any, Any, Any]:
+    """Corners, ids, undecoded quadrilaterals and dictionaries; with one dictionary OpenCV's plain way, which is faster."""
+    return detector.detectMarkersMultiDict(grey) if dictionaries > 1 else (*detector.detectMarkers(grey), None)
+
+
+def _parameters(settings: Markers, quick: bool) -> cv2.aruco.DetectorParameters:
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = _REFINEMENTS[settings.corners]
+    parameters.errorCorrectionRate = settings.error_correction
+    if quick:
+        parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = WINDOW
+    return parameters
+
+
+def _require_camera(image: Image, camera: CameraInfo) -> None:
+    height, width = image.shape[:2]
+    if not (camera.K[0, 0] > 0.0 and camera.K[1, 1] > 0.0):
+        raise MarkerImageError(f"the camera has no K (focal lengths {camera.K[0, 0]:g}, {camera.K[1, 1]:g}); calibrate it")
+    if (width, height) != (camera.width, camera.height):
+        raise MarkerImageError(
+            f"the image is {width} x {height}, its K is for {camera.width} x {camera.height}: {width / camera.width:.3g} times as wide; "
+            "give the K of this resolution"
+        )
+
+
+def _once(ids: NDArray[np.int64], rejected: Counter[str]) -> NDArray[np.int64]:
+    """Places of the ids that are there once."""
+    counts: Counter[int] = Counter(ids.tolist())
+    once = [n for n, marker in enumerate(ids.tolist()) if counts[marker] == 1]
+    if len(once) < len(ids):
+        rejected["twice"] += len(ids) - len(once)
+    return np.array(once, dtype=np.int64)
+
+
+def _counted(rejected: Counter[str], fault: str) -> bool:
+    if fault:
+        rejected[fault] += 1
+    return bool(fault)
+
+
+def _pixels(rays: FloatArray, camera: CameraInfo) -> FloatArray:
+    lens = lens_of(camera)
+    return np.array([[to_pixel(lens, x, y) for x, y in marker] for marker in rays.tolist()]).reshape(-1, 4, 2)
+
+
+def _sides(corners: FloatArray) -> FloatArray:
+    """Mean lengths (N,) of the sides [px]."""
+    return np.hypot(*np.moveaxis(np.roll(corners, -1, axis=1) - corners, 2, 0)).mean(axis=1)
+
+
+def _poses(
+    rays: FloatArray, covariances: FloatArray, sizes: FloatArray, seen: tuple[CameraInfo, FloatArray, FloatArray]
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Rays at the image's stamp and both poses of each square."""
+    camera, pixels, twist = seen
+    weights = np.asarray(np.linalg.inv(covariances), dtype=np.float64)
+    R, t, chi = square_poses(rays, weights, sizes)
+    if camera.row_time == 0.0 or not np.any(twist):
+        return rays, (R, t, chi)
+    mount = np.array(camera.T_base_camera.R), np.array(camera.T_base_camera.t)
+    delays = (pixels[:, :, 1] - 0.5 * (camera.height - 1)) * camera.row_time
+    known = np.isfinite(chi[:, 0])
+    moved = [carried(rays[n], (R[n, 0], t[n, 0]), mount, twist, delays[n]) if known[n] else rays[n] for n in range(len(rays))]
+    still = np.array(moved).reshape(-1, 4, 2)
+    return still, square_poses(still, weights, sizes)

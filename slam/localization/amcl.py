@@ -1,0 +1,265 @@
+"""The `amcl` pipeline: augmented Monte-Carlo localization that recovers, says how sure it is and is as exact as scan matching.
+
+Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 8.3; KLD sampling (Fox 2003); Gauss-Newton on the best mode.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from slam.errors import require_not_negative
+from slam.localization.beam_model import BeamModel
+from slam.localization.belief import Belief, Filtering
+from slam.localization.clusters import Cluster
+from slam.localization.ego_motion import EgoMotion
+from slam.localization.global_search import GlobalAnswer, Hypothesis, same
+from slam.localization.known_map import KnownMap
+from slam.localization.mcl import without_wheels
+from slam.localization.motion_models import ConstantVelocity, MotionModel, OdometryMotion, VelocityMotion
+from slam.localization.particles import Particles
+from slam.localization.places import trouble_at
+from slam.localization.recovery import Ladder, Recovery, Rung
+from slam.localization.sensor_models import Likelihood, LikelihoodField, SensorModel
+from slam.localization.whole_scan import FEWEST
+from slam.matching.gauss_newton import GaussNewton
+from slam.matching.match import Match
+from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.keyframes import KeyframeGate
+from slam.motion.motion_noise import MotionNoise
+from slam.motion.scan_trajectory import ScanTrajectory
+from slam.motion.sensor_watch import SensorWatch
+from slam.scans import PointScan, Unveil
+from slam.se2 import SE2, FloatArray, wrap_angle
+from slam.snapshot import Snapshot
+
+SAME = 16.27
+"""Squared distance at which two poses are told apart: chi-square of three degrees of freedom at 99.9 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class Amcl:
+    """Augmented MCL with KLD sampling, selective resampling, a recovery ladder and a polished estimate."""
+
+    motion_model: Literal["odometry", "velocity"] = "odometry"
+    odometry: OdometryMotion = field(default_factory=OdometryMotion)
+    velocity: VelocityMotion = field(default_factory=VelocityMotion)
+    drifting: ConstantVelocity = field(default_factory=ConstantVelocity)
+    """Moves the particles of a robot without wheel odometry."""
+    sensor_model: Literal["likelihood_field", "beam"] = "likelihood_field"
+    likelihood_field: LikelihoodField = field(default_factory=LikelihoodField)
+    beam: BeamModel = field(default_factory=BeamModel)
+    filtering: Filtering = field(default_factory=Filtering)
+    recovery: Recovery = field(default_factory=Recovery)
+    update: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.05, 0.1))
+    """Motion after which the particles are updated; the spread of the motion models depends on it."""
+    second_mode: float = 0.1
+    """Share of the weight at which a second place makes the pose ambiguous."""
+    polish: bool = True
+    """Match each scan to the map from the best mode; the estimate is the mode's mean without."""
+    matcher: GaussNewton = field(default_factory=GaussNewton)
+    unveil: Unveil = field(default_factory=Unveil)
+    noise: MotionNoise = field(default_factory=MotionNoise)
+    """How the estimate's covariance grows between scans."""
+    start_position: float = 0.1
+    """Standard deviation of the told start [m]."""
+    start_yaw: float = 0.1
+    """Standard deviation of the told start's heading [rad]."""
+    seed: int = 0
+    """Of the particles' random stream: the same seed gives the same bits."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "start_position", "start_yaw", "second_mode", "seed")
+
+    def build(self, known_map: KnownMap, T_map_base: SE2 | None = None) -> AmclPipeline:
+        """Make the pipeline; the robot starts near `T_map_base`, or anywhere in the map when it is None."""
+        return AmclPipeline(self, known_map, T_map_base)
+
+    @property
+    def motion(self) -> MotionModel:
+        """The motion model by its name."""
+        return self.odometry if self.motion_model == "odometry" else self.velocity
+
+    @property
+    def sensor(self) -> SensorModel:
+        """The sensor model by its name."""
+        return self.likelihood_field if self.sensor_model == "likelihood_field" else self.beam
+
+
+class AmclPipeline:
+    """The estimate is the best mode, matched to the map; between scans odometry carries it."""
+
+    def __init__(self, settings: Amcl, known_map: KnownMap, T_map_base: SE2 | None) -> None:
+        self._settings = settings
+        self._map = known_map
+        self._picture = known_map.grid.frozen_copy()
+        rng = np.random.default_rng(settings.seed)
+        self._start_trouble = "the start is not known" if T_map_base is None else trouble_at(known_map, T_map_base)
+        sizes = settings.filtering.sample_size
+        if T_map_base is None or self._start_trouble:
+            particles = Particles.anywhere(known_map, sizes.particles_max, rng)
+        else:
+            spread = np.diag([settings.start_position**2, settings.start_position**2, settings.start_yaw**2])
+            particles = Particles.about(T_map_base, spread, sizes.particles_min, rng)
+        self._belief = Belief(settings.filtering, known_map, particles, rng)
+        self._ego = EgoMotion(settings.unveil, T_map_base or self._belief.modes[0].T_map_base)
+        self._covariance = particles.covariance(self._ego.T_map_base)
+        self._watch = SensorWatch()
+        self._path = ScanTrajectory()
+        self._ladder = Ladder(settings.recovery)
+        self._likelihood: Likelihood | None = None
+        self._health = 1.0
+        self._mode = self._ego.T_map_base, self._covariance  # the best one, carried on to the newest scan
+        self._carried = self._mode  # the estimate, likewise
+        self._way, self._duration = SE2(), 0.0  # since the last update of the particles
+        self._begun, self._blind = False, False
+
+    def update(self, frame: SensorFrame) -> Estimate:
+        """Take in one frame; answer with the pose at its stamp."""
+        self._ego.hear(frame)
+        for scan in frame.scans:
+            self._take(scan)
+        return self._estimate(frame)
+
+    def snapshot(self) -> Snapshot:
+        """The map, the poses at scans, and the particles as the newest update has weighed them."""
+        return Snapshot(self._picture, self._path.trajectory(), self._belief.weighed.as_rows())
+
+    def _take(self, scan: LaserScan) -> None:
+        cloud, by_wheels, step = self._ego.points(scan), self._ego.wheels_cover(scan.stamp), self._ego.step(scan.stamp)
+        before = self._ego.T_map_base
+        self._way, self._duration = self._way @ step, self._duration + max(self._ego.since(scan.stamp), 0.0)
+        self._mode = self._mode[0] @ step, self._settings.noise.propagate(self._mode[1], self._mode[0], step)
+        self._covariance = self._settings.noise.propagate(self._covariance, before, step)
+        self._carried = before @ step, self._covariance
+        self._blind = len(cloud.points) < FEWEST
+        pose, jumped = before @ step, False
+        if not self._blind:
+            pose, jumped = self._localise(scan, cloud, by_wheels)
+        self._ego.settle(scan.stamp, pose, jumped)
+        self._path.append(scan.stamp, pose)
+
+    def _localise(self, scan: LaserScan, cloud: PointScan, by_wheels: bool) -> tuple[SE2, bool]:
+        """The pose of a scan, and whether it is not where the one before leads to."""
+        jumped = False
+        if self._start_trouble and self._ladder.search(scan.stamp) == Rung.SEARCH:
+            jumped = self._search(scan, cloud, None)
+        if not self._begun or not by_wheels or self._settings.update.passes(SE2(), self._way):
+            self._filter(scan, cloud, by_wheels)
+        pose = self._polished(cloud)
+        here = self._seen_at(pose, scan, cloud)
+        rung = self._ladder.judge(scan.stamp, here.explained, len(self._likely_modes()) > 1)
+        self._belief.doubtful = self._ladder.lost
+        if rung is Rung.EXPAND:
+            self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
+        elif rung is Rung.SEARCH and self._search(scan, cloud, here):
+            jumped = True
+            pose = self._polished(cloud)
+            here = self._seen_at(pose, scan, cloud)
+        self._health = here.explained
+        return pose, jumped
+
+    def _seen_at(self, pose: SE2, scan: LaserScan, cloud: PointScan) -> Hypothesis:
+        """How well a pose explains a scan."""
+        return self._settings.recovery.search.judge(self._map, pose, cloud.points, cloud.origins, _clear(scan))
+
+    def _likely_modes(self) -> list[Cluster]:
+        return [mode for mode in self._belief.modes if mode.weight >= self._settings.second_mode]
+
+    def _filter(self, scan: LaserScan, cloud: PointScan, by_wheels: bool) -> None:
+        s = self._settings
+        if self._likelihood is None:
+            self._likelihood = s.sensor.over(self._map, scan.range_max)
+        if s.sensor_model == "beam":  # for which it counts, too, that a beam meets nothing
+            returned = np.where(np.isposinf(scan.ranges), scan.range_max, scan.ranges)
+            cloud = self._ego.points(replace(scan, ranges=returned))
+        self._belief.update(s.motion if by_wheels else s.drifting, (self._way, self._duration), self._likelihood, cloud)
+        self._way, self._duration, self._begun = SE2(), 0.0, True
+        self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
+
+    def _polished(self, cloud: PointScan) -> SE2:
+        """The pose matched to the map.
+
+        The prior is the pose before, carried on, as long as it lies in the best mode: the mean of a set that is drawn again and
+        again wanders where the scan does not hold it, along a corridor.
+        """
+        guess, covariance = self._carried if _agree(self._carried, self._mode) else self._mode
+        prior = covariance + self._settings.noise.with_floor(SE2())
+        match = self._settings.matcher.match(self._map.field, cloud.points, guess, prior, self._settings.matcher.kernel_max)
+        found = self._settings.polish and _usable(match)
+        self._covariance = np.array(match.covariance) if found else self._mode[1]
+        return match.T_target_source if found else self._mode[0]
+
+    def _search(self, scan: LaserScan, cloud: PointScan, here: Hypothesis | None) -> bool:
+        """Look for the scan in the whole map; whether it was found where it fits far better than here, or here alone."""
+        search = self._settings.recovery.search
+        answer = search.search(self._map, cloud.points, cloud.origins, _clear(scan))
+        least = 0.0 if self._start_trouble else self._settings.recovery.explained_min
+        places = [place for place in answer.hypotheses if place.explained >= least]
+        if not places:
+            return False
+        if here is not None and not self._settled(answer):
+            better = [place for place in places if place.score - here.score >= math.log(search.odds)]
+            places = self._ladder.confirmed(better, self._ego.motion.pose_at(scan.stamp))
+            if not places:
+                return False
+        self._belief.seed(places)
+        self._ladder.watch.forget()
+        self._start_trouble = ""
+        self._way, self._duration = SE2(), 0.0
+        self._carried = self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
+        return True
+
+    def _settled(self, answer: GlobalAnswer) -> bool:
+        """Whether a search decides between the places that are possible."""
+        modes, places = self._likely_modes(), answer.hypotheses
+        apart = self._settings.recovery.search.apart
+        return not answer.ambiguous and len(modes) > 1 and any(same(mode.T_map_base, places[0].T_map_base, apart) for mode in modes)
+
+    def _estimate(self, frame: SensorFrame) -> Estimate:
+        step = self._ego.step(frame.stamp)
+        pose = self._ego.T_map_base @ step
+        covariance: FloatArray = self._settings.noise.propagate(self._covariance, self._ego.T_map_base, step)
+        status, reason = self._standing(frame, pose)
+        return Estimate(frame.stamp, pose, pose @ self._ego.motion.wheels.inverse(), covariance, status, self._health, reason)
+
+    def _standing(self, frame: SensorFrame, pose: SE2) -> tuple[Status, str]:
+        """Status and its reason."""
+        silent = self._watch.silent(frame)
+        if self._start_trouble:
+            return Status.LOST, self._start_trouble
+        if self._ladder.lost:
+            return Status.LOST, "the scan does not fit the map here"
+        modes = self._likely_modes()
+        if len(modes) > 1:
+            return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(_place, modes))}"
+        doubts = "the scan fits the map badly" if self._ladder.watch.doubtful else ""
+        blind = "the scan shows nothing" if self._blind else ""
+        reasons = silent, without_wheels(self._ego, frame), blind, doubts, trouble_at(self._map, pose)
+        reason = "; ".join(reason for reason in reasons if reason)
+        return (Status.DEGRADED if reason else Status.TRACKING), reason
+
+
+def _agree(a: tuple[SE2, FloatArray], b: tuple[SE2, FloatArray]) -> bool:
+    """Whether two poses with covariances (3, 3) may be the same one."""
+    off = a[0].as_array() - b[0].as_array()
+    off[2] = wrap_angle(float(off[2]))
+    return bool(off @ np.linalg.solve(a[1] + b[1], off) < SAME)
+
+
+def _usable(match: Match) -> bool:
+    return match.converged and bool(np.isfinite(match.covariance).all())
+
+
+def _place(mode: Cluster) -> str:
+    T = mode.T_map_base
+    return f"({T.x:.2f}, {T.y:.2f}, {math.degrees(T.yaw):.0f} deg) {100.0 * mode.weight:.0f} %"
+
+
+def _clear(scan: LaserScan) -> FloatArray:
+    """(C, 2) ends in base, at the sensor's range, of the beams that met nothing [m]."""
+    angles = scan.angles[np.isposinf(scan.ranges)]
+    return scan.T_base_laser.to_se2().transform(scan.range_max * np.column_stack([np.cos(angles), np.sin(angles)]))

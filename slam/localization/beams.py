@@ -1,0 +1,31 @@
+"""Which beams of a scan judge a pose, and how much each of them counts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.kernels.bins import fill
+from slam.scans import PointScan
+from slam.se2 import FloatArray
+
+
+def evenly(cloud: PointScan, beams: int) -> PointScan:
+    """At most so many beams, evenly spread over those that are valid; all of them for 0."""
+    if beams <= 0 or beams >= len(cloud.points):
+        return cloud
+    chosen = (2 * np.arange(beams) + 1) * len(cloud.points) // (2 * beams)
+    return PointScan(cloud.stamp, np.ascontiguousarray(cloud.points[chosen]), np.ascontiguousarray(cloud.origins[chosen]))
+
+
+def one_opinion_each(points: FloatArray, patch: float) -> FloatArray:
+    """How much each of the points (M, 2) counts, (M,): all those in one square of side `patch` [m] together as one; 1 each for 0.
+
+    Beams are not independent: those that end on the same piece of wall share what the map has wrong there, so that more of them
+    do not know it better. A wall near by, or a person, is no more to be believed for being seen by many beams.
+    """
+    if patch <= 0.0 or len(points) == 0:
+        return np.ones(len(points))
+    which, squares = fill(np.column_stack([points, np.zeros(len(points))]), (patch, math.tau))
+    return 1.0 / np.bincount(which, minlength=len(squares))[which]

@@ -1,0 +1,37 @@
+"""The places where the robot may be: particles that hang together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.kernels import bins as kernels
+from slam.kernels.moments import moments
+from slam.localization.particles import YAW_BINS, Particles
+from slam.se2 import SE2, FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cluster:
+    """One mode of a belief."""
+
+    T_map_base: SE2
+    """Its mean."""
+    covariance: FloatArray
+    """(3, 3) of (x, y, yaw) in the map frame [m, rad]."""
+    weight: float
+    """Its share of all weight."""
+
+
+def clusters_of(particles: Particles, least: float = 0.01) -> tuple[Cluster, ...]:
+    """All modes with a share of the weight of `least` or more, the heaviest first; always one at least.
+
+    Particles hang together whose bins touch, as in the clustering of ROS's amcl: two modes are never nearer than a bin.
+    """
+    bins, places = particles.bins
+    labels = kernels.connect(places, YAW_BINS)
+    shares, means, covariances = moments(particles.poses, particles.weights, labels[bins], len(places))
+    order = np.argsort(-shares, kind="stable")
+    found = [k for k in order if shares[k] >= least] or [order[0]]
+    return tuple(Cluster(SE2.from_array(means[k]), covariances[k], float(shares[k])) for k in found)

@@ -1,0 +1,81 @@
+"""How the robot moves between two scans, by its own sensors or, without wheels, as it did before."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.messages import LaserScan, SensorFrame, Trajectory
+from slam.motion.dead_reckoning import DeadReckoning
+from slam.scans import PointScan, Unveil, deskew
+from slam.se2 import SE2, FloatArray
+
+CARRY = 0.3
+"""So long after a scan a robot without wheels is taken to go on as it did [s]."""
+
+
+class EgoMotion:
+    """What every localizer asks of wheels and gyro: deskewed points, the step since the last known pose, the pose at a time.
+
+    A localizer calls `hear` with each frame, then for each scan `points` and `step`, and says with `settle` where it was taken.
+    """
+
+    def __init__(self, unveil: Unveil, T_map_base: SE2) -> None:
+        self._unveil = unveil
+        self.motion = DeadReckoning()
+        self._stamp = -math.inf
+        self._T_odom_base = SE2()
+        self._T_map_base = T_map_base
+        self._velocity: FloatArray = np.zeros(3)
+
+    @property
+    def T_map_base(self) -> SE2:
+        """The last pose that was settled; before it the start."""
+        return self._T_map_base
+
+    def hear(self, frame: SensorFrame) -> None:
+        """Take in wheels and gyro; the odometry's first pose is where the robot is now, even when scans came before it."""
+        first = self.motion.empty
+        self.motion.add(frame.odometry, frame.imu)
+        if first and not self.motion.empty:
+            self._T_odom_base = self.motion.pose_at(-math.inf)
+
+    def points(self, scan: LaserScan) -> PointScan:
+        """The scan as points in base at its stamp: swept by wheels and gyro, without them at constant velocity."""
+        scan = self._unveil.clean(scan)
+        if self.wheels_cover(scan.stamp):
+            return deskew(scan, self.motion.window(scan.stamp))
+        swept = SE2.exp(self._velocity * (scan.end - scan.stamp))
+        return deskew(scan, Trajectory(np.array([scan.stamp, max(scan.end, scan.stamp + 1e-6)]), np.array([np.zeros(3), swept.as_array()])))
+
+    def wheels_cover(self, stamp: float) -> bool:
+        """Whether the odometry has gone on since the last settled scan, so that it knows the way to one taken at `stamp` [s]."""
+        return self.motion.newest > min(self._stamp, stamp)
+
+    def step(self, stamp: float) -> SE2:
+        """T_last_now: from the pose settled last to the one at `stamp` [s]."""
+        if self.wheels_cover(stamp):
+            return self._T_odom_base.inverse() @ self.motion.pose_at(stamp)
+        if not math.isfinite(self._stamp):
+            return SE2()
+        duration = min(max(stamp - self._stamp, 0.0), CARRY)
+        xi = self._velocity * duration
+        turn = self.motion.gyro_turn(self._stamp, stamp)
+        return SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
+
+    def at(self, stamp: float) -> SE2:
+        """T_map_base at a time [s], carried on from the last settled pose."""
+        return self._T_map_base @ self.step(stamp)
+
+    def since(self, stamp: float) -> float:
+        """Time from the last settled pose to `stamp` [s]; 0 before the first."""
+        return stamp - self._stamp if math.isfinite(self._stamp) else 0.0
+
+    def settle(self, stamp: float, T_map_base: SE2, jumped: bool = False) -> None:
+        """The robot was here at the time of a scan [s]; after a jump its velocity is not known."""
+        if stamp > self._stamp and math.isfinite(self._stamp) and not jumped:
+            self._velocity = (self._T_map_base.inverse() @ T_map_base).log() / (stamp - self._stamp)
+        elif jumped:
+            self._velocity = np.zeros(3)
+        self._stamp, self._T_odom_base, self._T_map_base = stamp, self.motion.pose_at(stamp), T_map_base

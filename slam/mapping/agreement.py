@@ -1,0 +1,44 @@
+"""Whether scans and odometry tell of the same motion: a lidar upside down, or elsewhere than it is said to be, does not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.se2 import SE2
+
+DISAGREE = "scan and odometry disagree: is the lidar upside down, or elsewhere than its mount says?"
+"""Reason of an estimate."""
+MEMORY = np.array([1.0, 1.0])
+"""Way [m] and turn [rad] after which a step counts e times less."""
+ENOUGH = 0.7
+"""Share of what the memory can hold at most, from which on it is judged."""
+ALIKE = 0.5
+"""Least share of odometry's motion that the scans must tell of too."""
+
+
+class MotionAgreement:
+    """Compares steps between scans, way and turn each on its own, over the last metre and radian."""
+
+    def __init__(self) -> None:
+        self._told, self._shared, self._covered = np.zeros(2), np.zeros(2), False
+
+    def add(self, by_scans: SE2, by_odometry: SE2, covered: bool) -> None:
+        """A step from scan to scan, as matching has it and as odometry has it, if it goes on to the newer scan: a gap is no step."""
+        known, self._covered = covered and self._covered, covered
+        if not known:
+            self._told, self._shared = np.zeros(2), np.zeros(2)
+            return
+        size = np.array([math.hypot(by_odometry.x, by_odometry.y), abs(by_odometry.yaw)])
+        along = by_scans.x * by_odometry.x + by_scans.y * by_odometry.y
+        way = along / size[0] if size[0] > 0.0 else 0.0
+        turn = math.copysign(1.0, by_odometry.yaw) * by_scans.yaw
+        kept = np.exp(-size / MEMORY)
+        self._told = kept * self._told + size
+        self._shared = kept * self._shared + np.array([way, turn])
+
+    @property
+    def broken(self) -> bool:
+        """Over enough of a way or of a turn the scans tell of another motion."""
+        return bool(np.any((self._told > ENOUGH * MEMORY) & (self._shared < ALIKE * self._told)))

@@ -1,0 +1,96 @@
+import math
+import socket
+import time
+
+import numpy as np
+import pytest
+
+from hardware.emulators.channels import TcpChannel
+from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
+from hardware.emulators.port import Port
+from hardware.protocols.ev3_direct import Beacon
+from sim.kinematic import Kinematic
+from sim.wire import WiredTwin, on_the_wire
+
+
+@pytest.fixture
+def twin():
+    with WiredTwin(Kinematic(world="hall", realism=on_the_wire("ideal")), time.monotonic) as twin:
+        yield twin
+
+
+def free_port() -> int:
+    """A free port of four digits: the independent client knows no other."""
+    for port in range(5600, 9999):
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)):
+                return port
+    pytest.skip("no free port")
+
+
+def test_the_realism_of_the_wire_keeps_what_was_asked_for():
+    assert on_the_wire("harsh:drive.regulator=0").startswith("harsh:drive.regulator=0,")
+    assert on_the_wire("ideal").startswith("ideal:")
+
+
+def test_it_turns_its_wheels_as_told_and_stands_without_a_watchdog(twin):
+    start = twin.angle_deg(0)
+    twin.turn(0, 30)
+    twin.turn(3, 30)
+    time.sleep(0.8)
+    assert twin.angle_deg(0) - start > 150.0
+    assert twin.angle_deg(1) == 0.0
+    twin.release(0)
+    twin.turn(3, 0)
+    time.sleep(0.3)
+    rest = twin.angle_deg(3)
+    time.sleep(0.1)
+    assert twin.angle_deg(3) == pytest.approx(rest, abs=0.1)
+
+
+def test_its_gyro_counts_clockwise(twin):
+    twin.turn(0, -20)
+    twin.turn(3, 20)
+    time.sleep(0.6)
+    (angle_deg,), (rate_deg,) = twin.sense(3, 0), twin.sense(3, 1)
+    assert rate_deg == pytest.approx(-20 * 10.07 * 28.0 / 60.0, abs=3.0)
+    assert angle_deg < -20.0
+
+
+def test_every_turn_of_the_lidar_comes_once_and_in_order(twin):
+    turns, end = [], time.monotonic() + 1.0
+    while time.monotonic() < end:
+        turn = twin.next_turn()
+        turns += [turn] if turn is not None else []
+        time.sleep(0.01)
+    assert np.diff([turn.stamp for turn in turns]) == pytest.approx([0.1] * (len(turns) - 1), abs=1e-6)
+    assert len(turns[0].ranges_mm) == 682
+
+
+def test_the_truth_is_told_once_at_times_of_the_host(twin):
+    before = time.monotonic()
+    time.sleep(0.2)
+    first, second = twin.new_truth(), twin.new_truth()
+    assert first.stamps[-1] == pytest.approx(before + 0.2, abs=0.1)
+    assert not set(first.stamps) & set(second.stamps)
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_independent_client_drives_it(twin):
+    ev3 = pytest.importorskip("ev3_dc")
+    with Port(Ev3Brick(twin), TcpChannel(port=free_port())) as port:
+        beacon = BeaconSender(Beacon("0016530a0b0c", int(port.address.rpartition(":")[2])), period=0.1)
+        beacon.open()
+        brick = ev3.EV3(protocol=ev3.WIFI, host="00:16:53:0A:0B:0C")
+        beacon.close()
+        assert brick.sensors.Port_4 == ev3.EV3_GYRO
+        vehicle = ev3.TwoWheelVehicle(0.028, 0.120, ev3_obj=brick, port_left=ev3.PORT_A, port_right=ev3.PORT_D)
+        driven = []
+        for task in (lambda: vehicle.drive_straight(0.2), lambda: vehicle.drive_turn(90, 0.0)):
+            start = twin.pose(time.monotonic())
+            task().start(thread=False)
+            time.sleep(0.3)
+            driven.append(start.inverse() @ twin.pose(time.monotonic()))
+        brick._physical_ev3._socket.close()
+    assert driven[0].x == pytest.approx(0.2, rel=0.01)
+    assert math.degrees(driven[1].yaw) == pytest.approx(90.0, rel=0.015)

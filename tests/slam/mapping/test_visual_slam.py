@@ -1,0 +1,101 @@
+"""The `visual_slam` pipeline on a short drive of the twin."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scripts.experiments.drive import Course, Drive
+from slam.landmarks.marker_map_file import write_marker_map
+from slam.mapping.visual_slam import VisualSlam, VisualSlamPipeline
+from slam.messages import Estimate, SensorFrame, Status
+from slam.se2 import SE2
+from worlds.loader import load_world
+
+Frames = tuple[SensorFrame, ...]
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    return Course("aruco_room", 4.0, 1, camera="raster").drive()
+
+
+@pytest.fixture(scope="module")
+def mapped(drive: Drive) -> tuple[list[Estimate], VisualSlamPipeline]:
+    pipeline = VisualSlam().build(drive.start)
+    estimates = [pipeline.update(frame) for frame in drive.frames]
+    pipeline.finish()
+    return estimates, pipeline
+
+
+@pytest.fixture(scope="module")
+def marker_file(mapped: tuple[list[Estimate], VisualSlamPipeline], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("map") / "markers.yaml"
+    markers = mapped[1].marker_map()
+    assert markers is not None
+    write_marker_map(path, markers)
+    return path
+
+
+def off(estimate: Estimate, drive: Drive) -> tuple[float, float]:
+    error = drive.pose(estimate.stamp).inverse() @ estimate.T_map_base
+    return math.hypot(error.x, error.y), abs(error.yaw)
+
+
+def test_pose_and_markers_are_right_to_millimetres(drive: Drive, mapped: tuple[list[Estimate], VisualSlamPipeline]) -> None:
+    estimates, pipeline = mapped
+    assert max(off(estimate, drive)[0] for estimate in estimates) < 0.01
+    assert max(off(estimate, drive)[1] for estimate in estimates) < math.radians(0.5)
+    assert {estimate.status for estimate in estimates} == {Status.TRACKING}
+    true = {marker.id: np.array(marker.position) for marker in load_world("aruco_room").markers}
+    markers = pipeline.marker_map()
+    assert markers is not None
+    assert len(markers.markers) >= 8
+    errors = [np.linalg.norm(marker.T_map_marker.t - true[marker.id]) for marker in markers.markers.values()]
+    assert np.median(errors) < 0.01
+
+
+def test_in_a_saved_map_one_image_finds_the_robot(drive: Drive, marker_file: Path) -> None:
+    pipeline = VisualSlam(marker_map=str(marker_file)).build()
+    estimates = [pipeline.update(frame) for frame in drive.frames[: len(drive.frames) // 2]]
+    first = next(k for k, frame in enumerate(drive.frames) if frame.images)
+    assert {estimate.status for estimate in estimates[:first]} <= {Status.LOST}
+    assert {estimate.status for estimate in estimates[first:]} == {Status.TRACKING}
+    assert max(off(estimate, drive)[0] for estimate in estimates[first:]) < 0.01
+
+
+def test_a_map_of_another_dictionary_is_refused(marker_file: Path) -> None:
+    other = marker_file.with_name("other.yaml")
+    other.write_text(marker_file.read_text().replace("ARUCO_MIP_36h12", "4X4_50"))
+    with pytest.raises(Exception, match="of dictionary DICT_4X4_50"):
+        VisualSlam(marker_map=str(other)).build()
+
+
+def spoilt(frames: Frames, **changes: object) -> Frames:
+    return tuple(dataclasses.replace(f, images=tuple(dataclasses.replace(i, **changes) for i in f.images)) for f in frames)
+
+
+def test_bad_images_degrade_and_are_named_and_odometry_carries_on(drive: Drive) -> None:
+    image = next(i for f in drive.frames for i in f.images)
+    black = np.zeros_like(image.colour)
+    small = dataclasses.replace(image.colour_info, width=424, height=240)
+    for changes, named in (
+        ({"colour": black}, "black"),
+        ({"colour": image.colour}, "frozen"),
+        ({"colour_info": small}, "its K is for 424 x 240"),
+    ):
+        pipeline = VisualSlam().build(drive.start)
+        estimates = [pipeline.update(frame) for frame in spoilt(drive.frames[:60], **changes)]
+        assert estimates[-1].status == Status.DEGRADED
+        assert named in estimates[-1].reason
+        assert off(estimates[-1], drive)[0] < 0.05
+
+
+def test_the_same_frames_give_the_same_bits(drive: Drive) -> None:
+    frames = drive.frames[:40]
+    a, b = VisualSlam().build(SE2()), VisualSlam().build(SE2())
+    assert [a.update(f).T_map_base for f in frames] == [b.update(f).T_map_base for f in frames]

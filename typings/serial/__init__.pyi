@@ -1,0 +1,16 @@
+class SerialException(OSError): ...
+
+class Serial:
+    in_waiting: int
+    def __init__(
+        self,
+        port: str,
+        baudrate: int = ...,
+        *,
+        timeout: float | None = ...,
+        write_timeout: float | None = ...,
+        exclusive: bool | None = ...,
+    ) -> None: ...
+    def read(self, size: int = ...) -> bytes: ...
+    def write(self, data: bytes) -> int: ...
+    def close(self) -> None: ...
