@@ -89,10 +89,11 @@ def test_nothing_is_delivered_twice(case, live):
         assert all(reading.stamp > max(stamps, default=-math.inf) for reading in getattr(frame, channel))
 
 
-def test_forward_is_along_x_in_metres(run):
+def test_forward_is_along_x_in_metres(run, live):
     odometry = gathered(run[1], "odometry")
     before_turn = [reading for reading in odometry if reading.stamp - odometry[0].stamp <= 2.0][-1]
-    assert before_turn.T_odom_base.x == pytest.approx(0.2, abs=0.03)  # less what latency and the start take
+    late = 0.1 if live(run[0]) else 0.03  # what latency and the start take, and in wall-clock time a busy machine
+    assert before_turn.T_odom_base.x == pytest.approx(0.2, abs=late)
     assert before_turn.T_odom_base.y == pytest.approx(0.0, abs=0.01)
 
 
@@ -101,12 +102,13 @@ def test_odometry_starts_at_its_origin(run):
     assert first.T_odom_base.as_array() == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_left_is_positive_for_odometry_and_gyro(run):
+def test_left_is_positive_for_odometry_and_gyro(run, live):
     frames = run[1]
     start = frames[0].stamp
     turning = [frame for frame in frames if frame.stamp - start > 2.5]
-    assert gathered(turning, "odometry")[-1].T_odom_base.yaw == pytest.approx(0.75, abs=0.1)
-    assert np.mean([reading.yaw_rate for reading in gathered(turning, "imu")]) == pytest.approx(0.5, abs=0.05)
+    assert gathered(turning, "odometry")[-1].T_odom_base.yaw == pytest.approx(0.75, abs=0.3 if live(run[0]) else 0.1)
+    rates = [reading.yaw_rate for reading in gathered(turning, "imu")]
+    assert np.mean(rates) == pytest.approx(0.5, abs=0.25 if live(run[0]) else 0.05)
 
 
 def test_wheel_angles_and_twist_agree_with_the_odometry(run):
