@@ -31,6 +31,8 @@ WAITING = 3
 """Turns of the lidar that are kept for a client."""
 VOLTS, AMPERES = 8.0, 0.2
 """Of a twin without a battery."""
+REHEARSAL = 0.2
+"""Time for each motion of a rehearsal: two turns of the lidar [s]."""
 EVERY = 5
 """Physics steps from one true pose to the next."""
 
@@ -55,7 +57,7 @@ class WiredTwin:
         self._clock = clock
         self._outputs = outputs
         self._lock = threading.RLock()
-        self._queues: dict[str, EventQueue[Any]] = {name: EventQueue() for name in ("odometry", "imu", "scans", "images", "commands")}
+        self._queues = _queues()
         self._inbox = {name: self._queues[name].subscribe() for name in ("imu", "scans")}
         self._turns: deque[Turn] = deque(maxlen=WAITING)
         self._goals = [0.0, 0.0]
@@ -75,14 +77,15 @@ class WiredTwin:
         return self._simulation
 
     def open(self) -> None:
-        """Start the twin and its clock.
+        """Start the twin and its clock, once every kernel is compiled: nobody waits for one while the robot drives.
 
         Raises:
             WorldError, SimError: it cannot be simulated.
         """
-        self._simulation = self._twin.simulate(load_world(self._twin.world), self._twin.seed)
-        self._simulation.advance(0.2, self._queues)  # kernels are compiled before anybody waits for them
-        self.start = self._clock() - self._simulation.now
+        world = load_world(self._twin.world)
+        _rehearse(self._twin.simulate(world, self._twin.seed))
+        self._simulation = self._twin.simulate(world, self._twin.seed)
+        self.start = self._clock()
         self._thread = threading.Thread(target=self._follow, name="twin", daemon=True)
         self._thread.start()
 
@@ -183,6 +186,19 @@ class WiredTwin:
         self._rate_deg = math.degrees(reading.yaw_rate)
         imu = self._twin.spec.imu
         self._angle_deg += self._rate_deg * (imu.period if imu is not None else 0.0)
+
+
+def _queues() -> dict[str, EventQueue[Any]]:
+    return {name: EventQueue() for name in ("odometry", "imu", "scans", "images", "commands")}
+
+
+def _rehearse(simulation: Simulation) -> None:
+    """Drive an episode of its own through standing, turning wheels and a whole scan."""
+    queues = _queues()
+    for rates in ((0.0, 0.0), (2.0, 1.0), (0.0, 0.0)):
+        simulation.turn_wheels(rates)
+        simulation.advance(simulation.now + REHEARSAL, queues)
+    simulation.close()
 
 
 def _turn(scan: LaserScan) -> Turn:

@@ -15,17 +15,6 @@ settings.register_profile("repeatable", deadline=None, derandomize=True, max_exa
 settings.load_profile("repeatable")
 
 
-IN_WALL_CLOCK_TIME = ("[ev3", "tests/hardware/drivers/", "tests/hardware/emulators/", "tests/sim/test_wire.py", "test_emulate.py")
-"""Tests of devices that do not wait for a machine that is busy with something else."""
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test in wall-clock time may be tried again: what fails three times is not the machine's load."""
-    for item in items:
-        if any(part in item.nodeid for part in IN_WALL_CLOCK_TIME):
-            item.add_marker(pytest.mark.flaky(reruns=2))
-
-
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of public recordings and maps: beside the checkout or at $BRICKTWIN_DATA."""

@@ -1,14 +1,17 @@
 """One factory for each registered backend, and the drive that all of them make (or made, when they were recorded)."""
 
+import functools
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from hardware.faults import Faults
-from hardware.hal import Recorded, Resettable, Robot
+from hardware.hal import Command, Recorded, Resettable, Robot
 from hardware.recorder import Recorder
 from hardware.registry import BACKENDS, backend_class
 from hardware.urdf import urdf
@@ -20,7 +23,12 @@ DURATION = 3.6
 """Two seconds forward, one and a half to the left."""
 
 
-ROBOTS = [*sorted(BACKENDS), "twin without faults", "recording without faults"]
+IN_WALL_CLOCK_TIME = ("ev3",)
+ROBOTS = [
+    *(pytest.param(name, marks=pytest.mark.wall_clock if name in IN_WALL_CLOCK_TIME else ()) for name in sorted(BACKENDS)),
+    "twin without faults",
+    "recording without faults",
+]
 
 
 @dataclass(frozen=True)
@@ -41,14 +49,36 @@ def scripted(t: float) -> Twist:
     return FORWARD if t < 2.0 else LEFT
 
 
-def drive_script(robot: Robot, each: Callable[[], None] = lambda: None) -> list[SensorFrame]:
-    """Frames of the whole script, on an open robot."""
-    frames, start = [], robot.clock.now()
+class Run(NamedTuple):
+    """What a robot did."""
+
+    robot: Robot
+    """Closed."""
+    frames: list[SensorFrame]
+    commands: list[Command]
+    """What it was really told and when: on a busy machine the script's times are not kept."""
+
+    def told(self, until: float) -> tuple[float, float]:
+        """Integrals of v [m] and omega [rad] of the commands up to a time [s]."""
+        ends = [*(command.stamp for command in self.commands[1:]), math.inf]
+        parts = [(max(min(end, until) - command.stamp, 0.0), command.twist) for command, end in zip(self.commands, ends, strict=True)]
+        return sum(span * twist.v for span, twist in parts), sum(span * twist.omega for span, twist in parts)
+
+    @property
+    def turn(self) -> float:
+        """When it was told to turn [s]."""
+        return next(command.stamp for command in self.commands if command.twist.omega > 0.1)
+
+
+def drive_script(robot: Robot, each: Callable[[], None] = lambda: None) -> Run:
+    """The whole script, on an open robot."""
+    frames, commands, start = [], [], robot.clock.now()
     while robot.clock.now() - start < DURATION and robot.clock.sleep_until(robot.clock.now() + 0.05):
         frames.append(robot.read())
-        robot.drive(scripted(robot.clock.now() - start))
+        now = robot.clock.now()
+        commands.append(Command(now, robot.drive(scripted(now - start))))
         each()
-    return frames
+    return Run(robot, frames, commands)
 
 
 def _real(ev3: type, brick: str, lidar: str) -> Robot:
@@ -66,10 +96,10 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def cases(recording: Path, emulate: Callable[..., tuple[str, str]]) -> dict[str, Case]:
     sim, kinematic, replay, ev3 = (backend_class(name) for name in ("sim", "kinematic", "replay", "ev3"))
-    emulated = itertools.cycle([emulate(), emulate("--seed", "1")])  # two of them live side by side
+    emulated = functools.cache(lambda: itertools.cycle([emulate(), emulate("--seed", "1")]))  # two of them live side by side
     nowhere = recording / "no_such_file"
     return {
-        "ev3": Case(lambda: _real(ev3, *next(emulated)), lambda: _real(ev3, *NOWHERE).open()),
+        "ev3": Case(lambda: _real(ev3, *next(emulated())), lambda: _real(ev3, *NOWHERE).open()),
         "sim": Case(lambda: sim().build(), lambda: sim(world="no_such_world").build().open()),
         "kinematic": Case(lambda: kinematic().build(), lambda: kinematic(world="no_such_world").build().open()),
         "replay": Case(lambda: replay(path=recording).build(), lambda: replay(path=nowhere).build().open()),
@@ -88,11 +118,10 @@ def case(request: pytest.FixtureRequest, cases: dict[str, Case]) -> Case:
 
 
 @pytest.fixture(params=ROBOTS, scope="session")
-def run(request: pytest.FixtureRequest, cases: dict[str, Case]) -> tuple[Robot, list[SensorFrame]]:
-    """A robot after its script, closed, and all its frames."""
+def run(request: pytest.FixtureRequest, cases: dict[str, Case]) -> Run:
+    """A robot's whole script."""
     with cases[request.param].make() as robot:
-        frames = drive_script(robot)
-    return robot, frames
+        return drive_script(robot)
 
 
 @pytest.fixture

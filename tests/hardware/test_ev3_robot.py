@@ -11,6 +11,7 @@ from hardware.spec import RobotSpec
 from sim.kinematic import Kinematic
 from slam.messages import Twist
 
+pytestmark = pytest.mark.wall_clock
 FORWARD = Twist(0.1, 0.0)
 
 

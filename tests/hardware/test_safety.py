@@ -12,10 +12,12 @@ from hardware.emulators.channels import PtyChannel, TcpChannel
 from hardware.emulators.ev3_brick import Ev3Brick
 from hardware.emulators.port import Port
 
+pytestmark = pytest.mark.wall_clock
 DRIVER = """
-import sys, time
+import signal, sys
 from hardware.ev3_robot import Ev3
 from slam.messages import Twist
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what runs behind it without one
 with Ev3(ev3=sys.argv[1], lidar="").build() as robot:
     print("open", flush=True)
     while True:

@@ -7,6 +7,7 @@ from scripts.emulate import DELAYS, channel_at
 from scripts.errors import UsageError
 
 
+@pytest.mark.wall_clock
 def test_the_doctor_finds_emulated_devices_well(emulate, capsys):
     brick, lidar = emulate()
     assert doctor(["--ev3", brick, "--lidar", lidar, "--wheels"]) == 0
@@ -53,6 +54,7 @@ def test_mistakes_are_one_line(capsys, tmp_path, monkeypatch, arguments, words):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.wall_clock
 def test_a_run_through_the_wire_is_scored_with_the_told_truth(emulate, tmp_path, capsys):
     brick, lidar = emulate("--truth", str(tmp_path / "truth.tum"))
     arguments = ["run", "--robot", "ev3", "--ev3", brick, "--lidar", lidar, "--truth", str(tmp_path / "truth.tum")]

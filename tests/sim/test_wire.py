@@ -2,6 +2,7 @@ import math
 import socket
 import time
 
+import ev3_dc as ev3
 import numpy as np
 import pytest
 
@@ -11,6 +12,8 @@ from hardware.emulators.port import Port
 from hardware.protocols.ev3_direct import Beacon
 from sim.kinematic import Kinematic
 from sim.wire import WiredTwin, on_the_wire
+
+pytestmark = pytest.mark.wall_clock
 
 
 @pytest.fixture
@@ -77,7 +80,6 @@ def test_the_truth_is_told_once_at_times_of_the_host(twin):
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_independent_client_drives_it(twin):
-    ev3 = pytest.importorskip("ev3_dc")
     with Port(Ev3Brick(twin), TcpChannel(port=free_port())) as port:
         beacon = BeaconSender(Beacon("0016530a0b0c", int(port.address.rpartition(":")[2])), period=0.1)
         beacon.open()

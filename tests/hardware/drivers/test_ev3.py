@@ -21,7 +21,7 @@ from slam.messages import Twist
 
 SPEC = RobotSpec()
 DRIVE = DriveSpec()
-pytestmark = pytest.mark.filterwarnings("default::ResourceWarning")
+pytestmark = [pytest.mark.wall_clock, pytest.mark.filterwarnings("default::ResourceWarning")]
 
 
 class Bench:

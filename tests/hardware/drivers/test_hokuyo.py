@@ -11,6 +11,7 @@ from hardware.emulators.urg_lidar import Turn, UrgLidar
 from hardware.queues import EventQueue
 from hardware.spec import LidarSpec
 
+pytestmark = pytest.mark.wall_clock
 SPEC = LidarSpec()
 CODES = np.array([0, 7, 19, 20, 5600])
 

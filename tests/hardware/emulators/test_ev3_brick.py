@@ -8,6 +8,8 @@ from hardware.protocols import ev3_direct
 from hardware.protocols.ev3_codes import Instruction, Variable, encode
 from hardware.protocols.ev3_direct import Messages, Request, command, parse_reply
 
+pytestmark = pytest.mark.wall_clock
+
 
 def say(name, *arguments):
     return Instruction(name, arguments)

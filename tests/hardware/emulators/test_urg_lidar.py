@@ -1,5 +1,7 @@
 import itertools
+import time
 
+import hokuyolx
 import numpy as np
 import pytest
 
@@ -139,10 +141,8 @@ def test_there_are_no_scans_before_the_motor_is_fast(mirror):
     assert len(listen(lidar, mirror, 0.6)) == 6
 
 
+@pytest.mark.wall_clock
 def test_an_independent_client_reads_every_scan():
-    hokuyolx = pytest.importorskip("hokuyolx")
-    import time
-
     start = time.monotonic()
     mirror = Mirror()
 
