@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
-from slam.messages import LaserScan
+from slam.messages import Imu, LaserScan, RgbdImage, WheelOdometry
+
+Reading = WheelOdometry | Imu | LaserScan | RgbdImage
+"""What a channel carries."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,7 +20,7 @@ class Case:
 
     elapsed: float
     """When it was measured, since `open()` [s]."""
-    previous: Any
+    previous: Reading | None
     """The last one that was delivered; None before the first."""
     rng: np.random.Generator
     """The fault's own."""
@@ -47,7 +50,7 @@ class ReadingFault(Protocol):
         """Whether it is there at a time since `open()` [s]."""
         ...
 
-    def spoil(self, reading: Any, case: Case) -> Any:  # noqa: ANN401 - whatever the channel carries
+    def spoil(self, reading: Reading, case: Case) -> Reading | None:
         """The reading as it is delivered; None: it is lost."""
         ...
 
@@ -58,7 +61,7 @@ class Unplugged(Span):
 
     channel: str
 
-    def spoil(self, reading: Any, case: Case) -> None:  # noqa: ANN401
+    def spoil(self, reading: Reading, case: Case) -> None:
         """See `ReadingFault`."""
 
 
@@ -69,7 +72,7 @@ class Dropped(Span):
     channel: str
     share: float
 
-    def spoil(self, reading: Any, case: Case) -> Any:  # noqa: ANN401
+    def spoil(self, reading: Reading, case: Case) -> Reading | None:
         """See `ReadingFault`."""
         return None if case.rng.random() < self.share else reading
 
@@ -80,7 +83,7 @@ class Frozen(Span):
 
     channel: str = "images"
 
-    def spoil(self, reading: Any, case: Case) -> Any:  # noqa: ANN401
+    def spoil(self, reading: Reading, case: Case) -> Reading | None:
         """See `ReadingFault`."""
         return reading if case.previous is None else replace(case.previous, stamp=reading.stamp)
 
@@ -92,8 +95,10 @@ class BeamDropout(Span):
     share: float
     channel: str = "scans"
 
-    def spoil(self, reading: LaserScan, case: Case) -> LaserScan:
+    def spoil(self, reading: Reading, case: Case) -> Reading:
         """See `ReadingFault`."""
+        if not isinstance(reading, LaserScan):
+            return reading
         lost = case.rng.random(len(reading.ranges)) < self.share
         return replace(reading, ranges=np.where(lost, np.nan, reading.ranges))
 
@@ -108,7 +113,7 @@ class ClockSkew(Span):
     rate: float = 0.0
     """Share by which the clock runs fast."""
 
-    def spoil(self, reading: Any, case: Case) -> Any:  # noqa: ANN401
+    def spoil(self, reading: Reading, case: Case) -> Reading | None:
         """See `ReadingFault`."""
         return replace(reading, stamp=reading.stamp + self.offset + self.rate * case.elapsed)
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from hardware.fault_kinds import Case, Fault, HostStall, ReadingFault, StuckWheel
+from hardware.fault_kinds import Case, Fault, HostStall, Reading, ReadingFault, StuckWheel
 from hardware.hal import Command, Health, Recorded, Resettable, Robot
 from hardware.queues import EventQueue
 from hardware.spec import RobotSpec
@@ -30,7 +30,7 @@ class FaultyRobot:
         self._commands = body.queues["commands"].subscribe()
         self._clock = FaultyClock(self)
         self._rngs: list[np.random.Generator] = []
-        self._previous: dict[str, Any] = {}
+        self._previous: dict[str, Reading] = {}
         self._commanded = Twist()
         self._open = False
         self._begin()
@@ -127,14 +127,15 @@ class FaultyRobot:
             self._queues[channel].put(reading)
         return tuple(delivered)
 
-    def _spoilt(self, channel: str, reading: Any) -> Any:  # noqa: ANN401 - whatever the channel carries
-        elapsed = reading.stamp - self._start
+    def _spoilt(self, channel: str, reading: Reading) -> Reading | None:
+        elapsed, spoilt = reading.stamp - self._start, reading
         for fault, rng in zip(self._faults, self._rngs, strict=True):
-            if reading is not None and fault.channel == channel and fault.covers(elapsed):
-                reading = fault.spoil(reading, Case(elapsed, self._previous.get(channel), rng))
-        if reading is not None:
-            self._previous[channel] = reading
-        return reading
+            if fault.channel == channel and fault.covers(elapsed):
+                spoilt = fault.spoil(spoilt, Case(elapsed, self._previous.get(channel), rng))
+                if spoilt is None:
+                    return None
+        self._previous[channel] = spoilt
+        return spoilt
 
     def _hindered(self, twist: Twist) -> Twist | None:
         """What the body does when a wheel is stuck; None: as told."""

@@ -84,10 +84,12 @@ def serve(options: EmulateOptions) -> None:
         EmulatorError, WorldError, SimError: it cannot begin.
     """
     from hardware.registry import backend_class
+    from sim.twin import Twin
     from sim.wire import WiredTwin, on_the_wire
 
-    backend = backend_class(options.robot)
-    twin = WiredTwin(backend(world=options.world, seed=options.seed, realism=on_the_wire(options.realism)), time.monotonic)  # pyright: ignore
+    body = backend_class(options.robot)(world=options.world, seed=options.seed, realism=on_the_wire(options.realism))
+    assert isinstance(body, Twin), f"{options.robot} is no twin"
+    twin = WiredTwin(body, time.monotonic)
     with ExitStack() as stack, interruptible() as stopped:
         stack.enter_context(twin)
         brick = Port(Ev3Brick(twin, wifi=options.ev3.startswith("tcp:"), delay=DELAYS[options.delay]), channel_at(options.ev3))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # pytest loads this plug-in for every test run of the environ
 class TwinRun(Protocol):
     """What the fixture is."""
 
-    def __call__(self, *, faults: Sequence[Fault] = (), **options: Any) -> RunRecord:  # noqa: ANN401 - the fields of RunOptions
+    def __call__(self, *, faults: Sequence[Fault] = (), **options: object) -> RunRecord:
         """Run a robot with faults and with the options of `twin run`; returns all that is known of the run, metrics included."""
         ...
 
@@ -27,7 +27,7 @@ def twin_run(tmp_path: Path) -> TwinRun:
     from scripts.runs.execute import measure
     from scripts.runs.options import RunOptions
 
-    def run(*, faults: Sequence[Fault] = (), **options: Any) -> RunRecord:  # noqa: ANN401
+    def run(*, faults: Sequence[Fault] = (), **options: object) -> RunRecord:
         chosen: dict[str, Any] = {"out": tmp_path / "twin_run", **options}
         return measure(RunOptions(**chosen), faults)
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import ndimage
 
 from hardware.hal import Robot
 from sim.camera_truth import CameraTruth
@@ -17,6 +14,7 @@ from sim.twin import TwinRobot
 from slam.grid import FREE, OCCUPIED, GridGeometry, OccupancyGrid
 from slam.messages import Trajectory
 from slam.se2 import SE2, FloatArray
+from worlds.raster import components
 
 
 class GroundTruth:
@@ -74,7 +72,7 @@ class GroundTruth:
         states = np.full((geometry.height, geometry.width), -1, np.int8)
         cells = geometry.to_cells(_surface_points(self.segments(), resolution))
         states[cells[:, 0], cells[:, 1]] = OCCUPIED
-        rooms = cast(NDArray[np.int32], ndimage.label(states != OCCUPIED)[0])  # pyright: ignore[reportIndexIssue, reportUnknownMemberType]
+        rooms = components(states != OCCUPIED)
         row, col = geometry.to_cells(np.array([self._simulation.world.start[:2]]))[0]
         states[rooms == rooms[row, col]] = FREE
         return OccupancyGrid.from_states(geometry, states)

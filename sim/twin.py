@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar, runtime_checkable
 
 from hardware.errors import NotOpenError
 from hardware.hal import Command, Health
@@ -21,6 +21,7 @@ IMAGES_KEPT = 32
 Lasting = TypeVar("Lasting", LaserScan, RgbdImage)
 
 
+@runtime_checkable
 class Twin(Protocol):
     """Parameters of a twin."""
 

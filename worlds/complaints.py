@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, cast, get_args, get_origin
 
 import msgspec
 from msgspec import structs
@@ -21,16 +21,16 @@ _WORDS = (
 )
 
 
-def complaint(error: msgspec.ValidationError, content: Any, kind: Any) -> WorldValueError:  # noqa: ANN401
+def complaint(error: msgspec.ValidationError, content: object, kind: object) -> WorldValueError:
     """Msgspec's complaint about `content`, decoded as `kind`, as ours."""
     problem, path = _split(error)
     value: object = msgspec.UNSET
     for step in re.findall(r"\w+", path):
-        content, kind = content[int(step) if step.isdigit() else step], _inner(kind, step)
+        content, kind = _item(content, step), _inner(kind, step)
     if problem.startswith("Object contains unknown"):
-        allowed = [field.encode_name for field in structs.fields(kind)]
-        unknown = next(key for key in content if key not in allowed)
-        path, value, problem = f"{path}.{unknown}", content[unknown], f"unknown key; allowed: {', '.join(allowed)}"
+        table, allowed = cast("dict[str, object]", content), [field.encode_name for field in _fields(kind)]
+        unknown = next(key for key in table if key not in allowed)
+        path, value, problem = f"{path}.{unknown}", table[unknown], f"unknown key; allowed: {', '.join(allowed)}"
     elif missing := re.match(r"Object missing required field (\w+)", problem):
         path, problem = f"{path}.{missing[1]}", "is missing"
     else:
@@ -50,10 +50,19 @@ def _split(error: msgspec.ValidationError) -> tuple[str, str]:
     return problem.replace("`", ""), path.rstrip("`").lstrip(".")
 
 
-def _inner(kind: Any, step: str) -> Any:  # noqa: ANN401
+def _item(content: object, step: str) -> object:
+    """One value of a table or one item of a list."""
+    return cast("list[object]", content)[int(step)] if step.isdigit() else cast("dict[str, object]", content)[step]
+
+
+def _fields(kind: object) -> tuple[structs.FieldInfo, ...]:
+    return structs.fields(cast("type[msgspec.Struct]", kind))
+
+
+def _inner(kind: object, step: str) -> object:
     """Type of one field of a struct or of one item of a tuple."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if not step.isdigit():
-        return next(field.type for field in structs.fields(kind) if field.encode_name == step)
+        return next(field.type for field in _fields(kind) if field.encode_name == step)
     items = get_args(kind)
     return items[0] if items[-1] is ... else items[int(step)]

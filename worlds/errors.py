@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from typing import cast
 
 from msgspec import UNSET
 
@@ -44,5 +45,6 @@ class WorldValueError(WorldError):
 
 
 def _brief(value: object) -> str:
-    text = repr(list(value)) if isinstance(value, tuple) else repr(value)  # pyright: ignore[reportUnknownArgumentType]
+    told: object = list(cast("tuple[object, ...]", value)) if isinstance(value, tuple) else value
+    text = repr(told)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -115,9 +115,10 @@ def _without(spans: list[tuple[float, float]], gaps: list[tuple[float, float]]) 
     """What is left of spans between gaps."""
     left: list[tuple[float, float]] = []
     for low, high in spans:
+        rest = low
         for begin, end in gaps:
-            if low < begin and end < high:
-                left.append((round(low, 4), round(begin, 4)))
-                low = end  # noqa: PLW2901
-        left.append((round(low, 4), round(high, 4)))
+            if rest < begin and end < high:
+                left.append((round(rest, 4), round(begin, 4)))
+                rest = end
+        left.append((round(rest, 4), round(high, 4)))
     return left

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +68,9 @@ def rasterise(world: World, cell: float, height: float = ROBOT_HEIGHT) -> Raster
 
 def components(mask: Mask) -> NDArray[np.int32]:
     """Number of the connected area that each cell is in, from 1 on; 0 outside the mask."""
-    return cast(NDArray[np.int32], ndimage.label(mask)[0])  # pyright: ignore[reportIndexIssue, reportUnknownMemberType]
+    numbers = np.empty(mask.shape, np.int32)
+    ndimage.label(mask, output=numbers)
+    return numbers
 
 
 def pockets(raster: Raster, start: Point, radius: float = ROBOT_RADIUS) -> tuple[Mask, Mask]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import tomli_w
@@ -65,11 +66,11 @@ def _keys(entries: dict[str, Any]) -> str:
     return "".join(f"{key} = {_value(value)}\n" for key, value in entries.items())
 
 
-def _value(value: Any) -> str:  # noqa: ANN401
+def _value(value: object) -> str:
     # tomli_w puts every number of a list on a line of its own; points are read as points on one line.
     if not isinstance(value, (list, tuple)):
         return tomli_w.dumps({"key": value}).removeprefix("key = ").rstrip("\n")
-    items: list[str] = [_value(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    items = [_value(item) for item in cast("Sequence[object]", value)]
     if items and items[0].startswith("["):
         return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
     return f"[{', '.join(items)}]"

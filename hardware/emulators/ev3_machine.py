@@ -137,7 +137,8 @@ class Program:
             raise MachineError
         timed = name == "TIME_SYNC"
         sign = -1 if length < 0 else 1
-        synchronise(motors[0], motors[1], sign * speed, turn, abs(length) * (1e-3 if timed else 1.0), timed, bool(brake))
+        parts = 0.0, abs(length) * (1e-3 if timed else 1.0), 0.0
+        synchronise(motors[0], motors[1], turn, Move(sign * speed, parts, timed, bool(brake)))
 
     def _input(self, name: str, given: tuple[Argument, ...]) -> Generator[None, None, None]:
         inputs = self._machine.inputs
@@ -276,7 +277,7 @@ def _command(motor: Motor, name: str, numbers: list[int]) -> None:
         percent = _wrapped(percent, 1)
         sign = -1 if up + const + down < 0 < percent else 1
         parts = abs(up) * unit, abs(const) * unit, abs(down) * unit
-        motor.begin(Move(sign * percent, parts, name.startswith("TIME"), bool(brake), 0.0))
+        motor.begin(Move(sign * percent, parts, name.startswith("TIME"), bool(brake)))
         return
     match name:
         case "STOP":

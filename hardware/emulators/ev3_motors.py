@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 LEAST_UP, LEAST_DOWN = 6, 4
@@ -40,7 +40,7 @@ class Move:
     parts: tuple[float, float, float]
     timed: bool
     brake: bool
-    begin: float
+    begin: float = 0.0
     """Time [s] or count [deg] at which it began."""
     partners: list[Motor] = field(default_factory=list["Motor"])
     """Both motors of a pair."""
@@ -138,21 +138,18 @@ class Motor:
         return math.floor(self._chassis.angle_deg(self._output) + 0.5)
 
 
-def synchronise(first: Motor, second: Motor, speed: int, turn: int, length: float, timed: bool, brake: bool) -> None:  # noqa: PLR0913, PLR0917
-    """STEP_SYNC and TIME_SYNC of two motors in the order of their letters.
+def synchronise(first: Motor, second: Motor, turn: int, move: Move) -> None:
+    """STEP_SYNC and TIME_SYNC of two motors in the order of their letters: both make `move`; without a length it has no end.
 
-    With `turn` 0 both run at `speed`, at 100 the second one stands, at 200 it runs backwards; negative: the first one.
+    With `turn` 0 both run at its speed, at 100 the second one stands, at 200 it runs backwards; negative: the first one.
     """
     shares = (1.0, (100 - turn) / 100) if turn >= 0 else ((100 + turn) / 100, 1.0)
-    pair: list[Motor] = []
+    length, pair = move.parts[1], list[Motor]()
     for motor, share in zip((first, second), shares, strict=True):
-        percent = round(speed * share)
-        part = length if timed else length * abs(share)
+        percent = round(move.percent * share)
         if percent == 0:
             motor.stop(brake=True)
-        elif length == 0:
-            motor.begin(Move(percent, (0.0, math.inf, 0.0), timed, brake, 0.0, pair))
-            pair.append(motor)
-        else:
-            motor.begin(Move(percent, (0.0, part, 0.0), timed, brake, 0.0, pair))
-            pair.append(motor)
+            continue
+        part = (length if move.timed else length * abs(share)) or math.inf
+        motor.begin(replace(move, percent=percent, parts=(0.0, part, 0.0), partners=pair))
+        pair.append(motor)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, cast
 
 import yaml
 from mcap.writer import CompressionType, Writer
@@ -47,7 +47,7 @@ class BagWriter:
         except OSError as error:
             raise RecordingError(folder, f"cannot be written: {error.strerror}; name another folder") from error
         self._mcap = Writer(
-            self._file,  # pyright: ignore[reportArgumentType]
+            cast("IO[bytes]", self._file),  # it is only written, told and flushed
             _LARGEST_CHUNK_BYTES,
             CompressionType.LZ4,
         )

@@ -138,9 +138,9 @@ class RosBag:
         tree, seen = FrameTree(), dict[str, Any]()
         for connection, _, raw in reader.messages(connections=self._wanted(reader)):
             if connection.msgtype in FRAMES:
-                tree.add(reader.deserialize(raw, connection.msgtype).transforms)  # type: ignore[attr-defined]
+                tree.add(_message(reader, connection, raw).transforms)
             elif self._topics[connection.topic] not in seen:
-                seen[self._topics[connection.topic]] = reader.deserialize(raw, connection.msgtype)
+                seen[self._topics[connection.topic]] = _message(reader, connection, raw)
         scan, odometry, imu = seen["scans"], seen.get("odometry"), seen.get("imu")
         base = tree.base(odometry.child_frame_id if odometry is not None else "")
         by_frames = odometry is None and tree.between(ODOMETRY, base) is not None
@@ -163,7 +163,7 @@ class RosBag:
     def _decoded(self, reader: AnyReader) -> Iterator[Event]:
         for number, (connection, time_ns, raw) in enumerate(reader.messages(connections=self._wanted(reader))):
             try:
-                message: Any = reader.deserialize(raw, connection.msgtype)
+                message = _message(reader, connection, raw)
                 arrival = time_ns / NANOSECONDS
                 for channel, reading in self._readings(connection, message, arrival):
                     stamp, placed = self._order.place(channel, reading.stamp, arrival)
@@ -228,6 +228,11 @@ class RosBag:
             imu=ImuSpec("unknown", T_base_imu=self._robot.T_base_imu) if "imu" in channels else None,
             camera=None,
         )
+
+
+def _message(reader: AnyReader, connection: Connection, raw: bytes) -> Any:
+    """A message, of a class that the bag itself defines."""
+    return reader.deserialize(raw, connection.msgtype)
 
 
 def stamp_of(message: Any, arrival: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,7 +130,10 @@ class Lookalikes:
     def _looked_at_closely(self, poses: FloatArray, evidence: Evidence) -> FloatArray:
         """The poses (N, 3) after a pattern search for more beams explained, all at once."""
         ranges, sigma = evidence[0][::3], evidence[1][::3] / SIGMAS
-        cost: Callable[[FloatArray], FloatArray] = lambda p: np.minimum(np.square((self.ranges(p, 3) - ranges) / sigma), 25.0).mean(axis=1)  # noqa: E731
+
+        def cost(p: FloatArray) -> FloatArray:
+            return np.minimum(np.square((self.ranges(p, 3) - ranges) / sigma), 25.0).mean(axis=1)
+
         moves = np.concatenate([np.eye(3), -np.eye(3)])
         step = np.tile([0.05, 0.05, math.radians(1.0)], (len(poses), 1))
         best = cost(poses)

@@ -118,7 +118,9 @@ class Course:
 
     def _body(self) -> TwinRobot:
         backend = backend_class(self.robot)(world=self.world, seed=self.seed, realism=self.realism, camera=self.camera, spec=self.spec)
-        return backend.build()  # pyright: ignore[reportReturnType]
+        body = backend.build()
+        assert isinstance(body, TwinRobot), f"{self.robot} is no twin"
+        return body
 
     def _frames(self, robot: TwinRobot, truth: GroundTruth, command: Command | None) -> Iterator[SensorFrame]:
         command = command or on_tour(self.world)

@@ -6,7 +6,7 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
@@ -23,6 +23,9 @@ from scripts.runs.record import RunRecord
 from slam.hits_file import write_hits
 from slam.map_file import write_map
 from slam.trajectory_file import write_trajectory
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 RESULTS = (
     *("trajectory.tum", "trajectory_final.tum", "odometry.tum", "truth.tum"),
@@ -49,7 +52,7 @@ def results_folder(options: RunOptions) -> Path:
     return folder
 
 
-def config_of(options: RunOptions, settings: Any) -> dict[str, Any]:  # noqa: ANN401
+def config_of(options: RunOptions, settings: DataclassInstance) -> dict[str, Any]:
     """What is needed to repeat a run, with every parameter of its pipeline."""
     known = {name: value for name, value in dataclasses.asdict(options).items() if value is not None}
     foreign = set(() if is_twin(options) else OF_THE_SIMULATION) | set(OF_THE_HARDWARE if recording_of(options) or is_twin(options) else ())

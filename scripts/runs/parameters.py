@@ -6,7 +6,7 @@ import dataclasses
 import logging
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
@@ -14,6 +14,9 @@ from scripts.errors import UsageError
 from slam.errors import SlamError
 from slam.localization.amcl import Amcl
 from slam.localization.nav2_parameters import read_nav2
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 _log = logging.getLogger(__name__)
 
@@ -58,7 +61,7 @@ def _of_ros(settings: type[T], path: Path) -> T:
     return found
 
 
-def _check(defaults: Any, tree: Any, table: str) -> None:  # noqa: ANN401
+def _check(defaults: DataclassInstance, tree: object, table: str) -> None:
     """Raise ValueError for what msgspec passes over: a misspelt name."""
     if not isinstance(tree, dict):
         raise ValueError(f"'{table.rstrip('.') or 'parameters'}' must be a table of parameters, not {tree!r}")

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import yaml
 
@@ -14,7 +14,11 @@ from slam.errors import Nav2ParameterError, ParameterError
 from slam.localization.amcl import Amcl
 from slam.localization.resampling import quantile_of
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 Value = bool | int | float | str
+Settings = TypeVar("Settings", bound="DataclassInstance")
 
 _MODELS = {"likelihood_field": "likelihood_field", "likelihood_field_prob": "likelihood_field", "beam": "beam"}
 _BOTH = {"z_hit": "z_hit", "z_rand": "z_rand", "sigma_hit": "sigma_hit"}
@@ -82,7 +86,7 @@ def from_nav2(parameters: Mapping[str, object]) -> tuple[Amcl, tuple[str, ...]]:
             continue
         taken = _CONVERTED.get(name, _number)(name, value)
         for place in _PLACES[name]:
-            settings = cast("Amcl", _with(settings, place.split("."), taken))
+            settings = _with(settings, place.split("."), taken)
     return settings, tuple(ignored)
 
 
@@ -107,11 +111,11 @@ def _quantile(name: str, value: object) -> float:
 _CONVERTED: dict[str, Callable[[str, object], Value]] = {"laser_model_type": _model, "pf_z": _quantile}
 
 
-def _with(settings: object, place: list[str], value: Value) -> object:
+def _with(settings: Settings, place: list[str], value: Value) -> Settings:
     """The dataclass with one field, named by the way to it, replaced."""
     name, *rest = place
-    inner = _with(getattr(settings, name), rest, value) if rest else value
-    return dataclasses.replace(settings, **{name: inner})  # pyright: ignore[reportArgumentType, reportUnknownVariableType, reportCallIssue]
+    changed: dict[str, Any] = {name: _with(getattr(settings, name), rest, value) if rest else value}
+    return dataclasses.replace(settings, **changed)
 
 
 def _of_amcl(tree: object, within: bool) -> Mapping[str, object] | None:
