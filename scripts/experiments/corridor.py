@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from rich.console import Console
 from tyro.conf import arg
 
 from scripts.experiments.arena import mapped
-from scripts.experiments.contest import Run, contest
-from scripts.experiments.document_b import CORRIDOR, MAPPING_SEED, DocumentBOptions
+from scripts.experiments.contest import Run
+from scripts.experiments.document_b import CORRIDOR, DocumentBOptions
 from scripts.experiments.drive import Course
-from scripts.experiments.paper_table import paper_table, write_results
 from scripts.options import parse
-from scripts.runs.known_map import GivenMap
 from slam.localization.amcl import Amcl
 from slam.localization.belief import Filtering
 from slam.localization.resampling import Kld
@@ -44,18 +41,12 @@ def main(argv: list[str]) -> int:
     """
     options = parse(CorridorOptions, argv, "experiment corridor")
     options.check(options.duration)
-    runs: list[Run] = []
-    shown: GivenMap | None = None
-    for seed in options.seeds:
-        given = mapped("corridor", options.duration, seed + MAPPING_SEED)
-        shown = shown or given
-        runs += contest(given, Course("corridor", options.duration, seed).drive(), seed, {**options.methods(), FILTER: every_scan()})
-    title = "document B, corridor there and back"
-    console = Console(width=170)
-    console.print(paper_table(title, runs, CORRIDOR))
-    console.print(_times(runs))
-    if options.out is not None and shown is not None:
-        write_results(options.out, title, runs, shown)
+    contests = options.contests(
+        lambda seed: mapped("corridor", options.duration, seed),
+        lambda seed: {"": Course("corridor", options.duration, seed)},
+        **{FILTER: every_scan()},
+    )
+    contests.show("document B, corridor there and back", CORRIDOR, options.out, _times(contests.runs))
     return 0
 
 

@@ -8,16 +8,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from rich.console import Console
 from tyro.conf import arg
 
 from scripts.experiments.arena import mae, mapped
-from scripts.experiments.contest import Run, contest
-from scripts.experiments.document_b import DISTURBANCE, MAPPING_SEED, DocumentBOptions
+from scripts.experiments.contest import Run
+from scripts.experiments.document_b import DISTURBANCE, DocumentBOptions
 from scripts.experiments.drive import Course
-from scripts.experiments.paper_table import paper_table, write_results
 from scripts.options import parse
-from scripts.runs.known_map import GivenMap
 
 QUIET, DISTURBED = "as mapped", "disturbed"
 
@@ -44,21 +41,15 @@ def main(argv: list[str]) -> int:
     """
     options = parse(DisturbanceOptions, argv, "experiment disturbance")
     options.check(options.duration)
-    runs: list[Run] = []
-    shown: GivenMap | None = None
-    for seed in options.seeds:
-        given = mapped("office:people=0", options.duration, seed + MAPPING_SEED)
-        shown = shown or given
-        disturbed = f"office:people={options.people},moved={options.moved:g},doors=open,seed={seed}"
-        for condition, world in ((QUIET, "office:people=0"), (DISTURBED, disturbed)):
-            runs += contest(given, Course(world, options.duration, seed).drive(), seed, options.methods(), condition)
-    title = "document B, corridor and meeting room"
-    console = Console(width=170)
-    console.print(paper_table(title, runs, DISTURBANCE))
-    for line in growth(runs):
-        console.print(line)
-    if options.out is not None and shown is not None:
-        write_results(options.out, title, runs, shown)
+    disturbed = f"office:people={options.people},moved={options.moved:g},doors=open"
+    contests = options.contests(
+        lambda seed: mapped("office:people=0", options.duration, seed),
+        lambda seed: {
+            QUIET: Course("office:people=0", options.duration, seed),
+            DISTURBED: Course(f"{disturbed},seed={seed}", options.duration, seed),
+        },
+    )
+    contests.show("document B, corridor and meeting room", DISTURBANCE, options.out, *growth(contests.runs))
     return 0
 
 

@@ -1,19 +1,23 @@
-"""What document B's experiments have in common: options, what the paper reports, maps that are made once."""
+"""What document B's experiments have in common: options, what the paper reports, a map for every seed and the drives in it."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
+from rich.console import Console
 from tyro.conf import arg
 
 from scripts.errors import UsageError
-from scripts.experiments.contest import Method, methods
+from scripts.experiments.contest import Method, Run, contest, methods
 from scripts.experiments.drive import Course
-from scripts.experiments.paper_table import PaperFigures
+from scripts.experiments.paper_table import PaperFigures, paper_table, write_results
 from scripts.options import OptionalFile
+from scripts.runs.known_map import GivenMap
 from slam.depth_scans import DepthScan
 from slam.messages import SensorFrame
 
@@ -46,13 +50,47 @@ class DocumentBOptions:
         if not (math.isfinite(duration) and duration >= 2.0):
             raise UsageError(f"--duration {duration:g}: give at least 2 seconds")
 
-    def methods(self) -> dict[str, Method]:
-        """Those chosen, and odometry.
+    def contests(self, mapper: Callable[[int], GivenMap], courses: Callable[[int], Mapping[str, Course]], **variants: Method) -> Contests:
+        """With every seed make a map, by a seed of its own, and localise in it by every method on the same recordings.
+
+        Args:
+            mapper: makes the map from its seed.
+            courses: the drives of a seed, by what is special about them.
+            variants: methods beside those chosen.
 
         Raises:
-            UnknownNameError: no such localizer.
+            UnknownNameError, SimError, WorldError, SlamError: with one line that says what to do.
         """
-        return methods(*self.pipelines)
+        compared = methods(*self.pipelines) | variants
+        maps = {seed: mapper(seed + MAPPING_SEED) for seed in self.seeds}
+        runs = [
+            run
+            for seed, given in maps.items()
+            for condition, course in courses(seed).items()
+            for run in contest(given, course.drive(), seed, compared, condition)
+        ]
+        return Contests(runs, maps[self.seeds[0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Contests:
+    """All runs of an experiment, and the first seed's map."""
+
+    runs: list[Run]
+    given: GivenMap
+
+    def show(self, title: str, paper: Mapping[str, PaperFigures], folder: Path | None, *lines: str) -> None:
+        """Print the table and lines of one's own; write table, errors and picture into the folder.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        console = Console(width=170)
+        console.print(paper_table(title, self.runs, paper))
+        for line in lines:
+            console.print(line)
+        if folder is not None:
+            write_results(folder, title, self.runs, self.given)
 
 
 def seen_by_depth(frame: SensorFrame) -> SensorFrame:

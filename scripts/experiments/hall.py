@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from rich.console import Console
 from tyro.conf import arg
 
-from scripts.experiments.arena import map_of, mapped
-from scripts.experiments.contest import Run, contest
-from scripts.experiments.document_b import HALL, MAPPING_SEED, DocumentBOptions, depth_course
+from scripts.experiments.arena import map_of
+from scripts.experiments.document_b import HALL, DocumentBOptions, depth_course
 from scripts.experiments.drive import Course
-from scripts.experiments.paper_table import paper_table, write_results
 from scripts.options import parse
 from scripts.runs.known_map import GivenMap
 from slam.mapping.rbpf import Rbpf
@@ -44,22 +41,22 @@ def main(argv: list[str]) -> int:
     options.check(options.duration)
     chains: tuple[Chain, ...] = ("lidar", "depth") if options.chain == "both" else (options.chain,)
     for chain in chains:
-        runs: list[Run] = []
-        shown: GivenMap | None = None
-        for seed in options.seeds:
-            given = hall_map(chain, options.duration, seed + MAPPING_SEED)
-            shown = shown or given
-            course = Course("hall", options.duration, seed) if chain == "lidar" else depth_course("hall", options.duration, seed)
-            runs += contest(given, course.drive(), seed, options.methods(), chain)
-        title = f"document B, hall tour, from {chain}"
-        Console(width=170).print(paper_table(title, runs, HALL))
-        if options.out is not None and shown is not None:
-            write_results(options.out / chain, title, runs, shown)
+        _show(chain, options)
     return 0
 
 
+def hall_course(chain: Chain, duration: float, seed: int) -> Course:
+    """Once round, as the chain sees it."""
+    return Course("hall", duration, seed) if chain == "lidar" else depth_course("hall", duration, seed)
+
+
 def hall_map(chain: Chain, duration: float, seed: int) -> GivenMap:
-    """The hall as the chain's mapper sees it."""
-    if chain == "lidar":
-        return mapped("hall", duration, seed)
-    return map_of(depth_course("hall", duration, seed).drive(), Rbpf().build())
+    """The hall as the chain's mapper makes it: lidar_slam, or rbpf."""
+    return map_of(hall_course(chain, duration, seed).drive(), Rbpf().build() if chain == "depth" else None)
+
+
+def _show(chain: Chain, options: HallOptions) -> None:
+    contests = options.contests(
+        lambda seed: hall_map(chain, options.duration, seed), lambda seed: {chain: hall_course(chain, options.duration, seed)}
+    )
+    contests.show(f"document B, hall tour, from {chain}", HALL, options.out and options.out / chain)
