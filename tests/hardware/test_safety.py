@@ -43,7 +43,7 @@ def test_the_wheels_are_at_rest_soon_after_the_end(rollers, tmp_path, way, end):
         if end != "raise":
             client.send_signal(end)
         else:
-            client.wait(10.0)
+            client.wait(60.0)
         ended, limit = time.monotonic(), time.monotonic() + 3.0
         while any(rollers.percents) and time.monotonic() < limit:
             time.sleep(0.005)
