@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import Imager, RobotSpec
+from hardware.camera_spec import Imager
+from hardware.spec import RobotSpec
 from sim.living import Living
 from sim.raster.kernels.views import Views
 from sim.raster.painter import Painter, RasterPainter

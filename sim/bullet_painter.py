@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from sim.bullet import pybullet
 from sim.errors import PhysicsError
 from sim.raster.kernels.faces import Ids, Singles

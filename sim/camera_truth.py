@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from sim.errors import TruthError
 from sim.raster.kernels.views import Views
 from sim.raster.lens import project

@@ -6,7 +6,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from sim.raster.kernels.faces import Ids, Singles
 from sim.raster.kernels.views import Views
 from sim.raster.lens import lens_of

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from hardware.spec import CameraSpec, Imager
+from hardware.camera_spec import CameraSpec, Imager
 from sim.camera_errors import CameraErrors
 from sim.raster.kernels import depth as stereo
 from sim.raster.kernels import film

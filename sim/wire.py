@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from hardware.emulators.urg_lidar import UG01, Turn
-from hardware.protocols import ev3_direct, scip
+from hardware.protocols import ev3_direct, scip_sweep
 from hardware.queues import EventQueue
 from sim.motion import STEP, WHEELS
 from sim.motor_kernel import PERCENT_RATE
@@ -202,4 +202,4 @@ def _rehearse(simulation: Simulation) -> None:
 
 
 def _turn(scan: LaserScan) -> Turn:
-    return Turn(scan.stamp - UG01.first * scan.time_increment, scip.to_millimetres(scan.ranges))
+    return Turn(scan.stamp - UG01.first * scan.time_increment, scip_sweep.to_millimetres(scan.ranges))

@@ -10,7 +10,7 @@ from hardware.drivers.errors import DeviceError, LinkError
 from hardware.drivers.lidar_clock import LidarClock, best_offset
 from hardware.drivers.transport import SerialTransport, TcpTransport, Transport, host_and_port
 from hardware.errors import HardwareError
-from hardware.protocols import scip
+from hardware.protocols import scip, scip_numbers, scip_sweep
 from hardware.protocols.errors import ProtocolError
 from hardware.protocols.scip import Geometry, Replies, Reply, Request, Stream
 from hardware.queues import EventQueue
@@ -112,7 +112,7 @@ class HokuyoSession:
     def _pass_on(self, reply: Reply) -> None:
         arrival = time.monotonic()
         try:
-            sweep = scip.parse_sweep(reply, 3, self._beams)
+            sweep = scip_sweep.parse_sweep(reply, 3, self._beams)
         except ProtocolError:
             self._replies.broken += 1
             return
@@ -120,7 +120,7 @@ class HokuyoSession:
         step_zero = self._clock.host_time(sweep.stamp_ms)
         self._clock.observe(step_zero, arrival)
         spec, stamp = self._spec, step_zero + self.geometry.first * self._increment
-        ranges = scip.to_metres(sweep.ranges_mm, self.geometry.longest_mm)
+        ranges = scip_sweep.to_metres(sweep.ranges_mm, self.geometry.longest_mm)
         self._deliver(LaserScan(stamp, ranges, spec.angles, self._increment, spec.range_min, spec.range_max, spec.T_base_laser))
 
     def _silence_quiet(self) -> None:
@@ -175,7 +175,7 @@ class HokuyoSession:
             sent = time.monotonic()
             reply = self._ask(Request("TM", "1"))
             if reply.lines:
-                samples.append((sent, scip.decode_number(reply.lines[0]), time.monotonic()))
+                samples.append((sent, scip_numbers.decode_number(reply.lines[0]), time.monotonic()))
         self._ask(Request("TM", "2"))
         if not samples:
             raise LinkError("lidar", "it does not tell its time", "plug it in again")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hardware.protocols.scip import WRAP_MS
+from hardware.protocols.scip_sweep import WRAP_MS
 
 WINDOW = 50
 """Scans over which the quickest arrival is looked for: five seconds."""

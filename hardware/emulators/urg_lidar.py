@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.protocols import scip
+from hardware.protocols import scip, scip_numbers, scip_sweep
 from hardware.protocols.errors import ProtocolError
-from hardware.protocols.scip import Geometry, Reply, Request, Stream, Sweep
+from hardware.protocols.scip import Geometry, Reply, Request, Stream
+from hardware.protocols.scip_sweep import Sweep
 
 UG01 = Geometry("URG-04LX-UG01(Simple-URG)(Hokuyo Automatic Co.,Ltd.)", 20, 5600, 1024, 44, 725, 384, 600)
 VERSION = (
@@ -145,7 +146,7 @@ class UrgLidar:
         size = 3 if order.command[1] == "D" else 2
         if size == 2:
             sweep = sweep._replace(ranges_mm=np.minimum(sweep.ranges_mm, SHORT_END_MM))
-        return Reply(echo, scip.OK if single else scip.DATA, scip.sweep_lines(sweep, size)).pack()
+        return Reply(echo, scip.OK if single else scip.DATA, scip_sweep.sweep_lines(sweep, size)).pack()
 
     def _start(self, request: Request) -> Reply:
         single = request.command[0] == "G"
@@ -177,7 +178,7 @@ class UrgLidar:
                 self.timing, self.laser, self._order = True, False, None
                 return _reply(request)
             case ("1", True):
-                return _reply(request, lines=(scip.encode_number(self._milliseconds(self._clock()), 4),))
+                return _reply(request, lines=(scip_numbers.encode_number(self._milliseconds(self._clock()), 4),))
             case ("2", True):
                 self.timing = False
                 return _reply(request)
@@ -202,7 +203,7 @@ class UrgLidar:
         )
 
     def _milliseconds(self, t: float) -> int:
-        return (self._zero_ms + int(t * 1e3)) % scip.WRAP_MS
+        return (self._zero_ms + int(t * 1e3)) % scip_sweep.WRAP_MS
 
 
 def _reply(request: Request, status: str = scip.OK, lines: tuple[str, ...] = ()) -> Reply:
@@ -231,6 +232,6 @@ def _clustered(ranges_mm: NDArray[np.int64], stream: Stream) -> NDArray[np.int64
     if size == 1:
         return asked
     starts = np.arange(0, len(asked), size)
-    valid = np.where(asked < scip.SHORTEST_MM, np.iinfo(np.int64).max, asked)
+    valid = np.where(asked < scip_sweep.SHORTEST_MM, np.iinfo(np.int64).max, asked)
     shortest = np.minimum.reduceat(valid, starts)
     return np.where(shortest == np.iinfo(np.int64).max, asked[starts], shortest)

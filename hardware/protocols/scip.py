@@ -1,22 +1,12 @@
-"""SCIP 2.0, the language of Hokuyo's lidars: requests, replies and numbers to bytes and back (specification C-42-03320B)."""
+"""SCIP 2.0, the language of Hokuyo's lidars: requests and replies to bytes and back (specification C-42-03320B)."""
 
 from __future__ import annotations
 
 import re
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hardware.protocols.errors import ProtocolError
-from slam.se2 import FloatArray
 
-WRAP_MS = 1 << 24
-"""Time stamps count up to this [ms]: 4 h 39 min 37 s."""
-BLOCK = 64
-"""Characters of data in one line, before its sum."""
-SHORTEST_MM = 20
-"""Ranges below are codes: 0 nothing within reach, the others a reason why there is no range."""
 LONGEST_LINE = 256
 OK, DATA = "00", "99"
 """Statuses: a command has been accepted, a scan of a stream."""
@@ -53,15 +43,6 @@ class Reply(NamedTuple):
         skipped = _summed(self.echo)
         lines = [self.echo, self.status + checksum(self.status), *(line + checksum(line[:skipped]) for line in self.lines)]
         return "".join(line + "\n" for line in (*lines, "")).encode("latin-1")
-
-
-class Sweep(NamedTuple):
-    """One scan as the lidar delivers it."""
-
-    stamp_ms: int
-    """The lidar's clock when it passed its zero, 24 bits."""
-    ranges_mm: NDArray[np.int64]
-    """(N,); below `SHORTEST_MM` a code."""
 
 
 class Geometry(NamedTuple):
@@ -108,50 +89,6 @@ _REQUEST = re.compile(r"(SCIP2\.0|%ST|[A-Z]{2})([^;]*)(?:;(.{0,16}))?")
 def checksum(text: str) -> str:
     """The sum of a text, one character."""
     return chr((sum(text.encode("latin-1")) & 0x3F) + 0x30)
-
-
-def encode_number(value: int, size: int) -> str:
-    """A number in `size` characters of 6 bits each, the most significant first.
-
-    Raises:
-        ProtocolError: it does not fit.
-    """
-    if not 0 <= value < 1 << 6 * size:
-        raise ProtocolError("SCIP", f"{value} does not fit into {size} characters")
-    return "".join(chr((value >> 6 * k & 0x3F) + 0x30) for k in range(size - 1, -1, -1))
-
-
-def decode_number(text: str) -> int:
-    """The number of characters of 6 bits each.
-
-    Raises:
-        ProtocolError: a character that no number has.
-    """
-    return int(decode_numbers(text, len(text))[0])
-
-
-def encode_numbers(values: NDArray[np.int64], size: int) -> str:
-    """Numbers (N,) in `size` characters each.
-
-    Raises:
-        ProtocolError: one does not fit.
-    """
-    if values.size and not 0 <= values.min() <= values.max() < 1 << 6 * size:
-        raise ProtocolError("SCIP", f"numbers within {values.min()} and {values.max()} do not fit into {size} characters")
-    shifts = 6 * np.arange(size - 1, -1, -1)
-    return ((values[:, None] >> shifts & 0x3F) + 0x30).astype(np.uint8).tobytes().decode("ascii")
-
-
-def decode_numbers(text: str, size: int) -> NDArray[np.int64]:
-    """Numbers (N,) of `size` characters each.
-
-    Raises:
-        ProtocolError: a character that no number has, or one too many.
-    """
-    digits = np.frombuffer(text.encode("latin-1", "replace"), np.uint8).astype(np.int64) - 0x30
-    if digits.size == 0 or digits.size % size or digits.min() < 0 or digits.max() > 0x3F:
-        raise ProtocolError("SCIP", f"not numbers of {size} characters", text.encode("latin-1", "replace"))
-    return digits.reshape(-1, size) @ (1 << 6 * np.arange(size - 1, -1, -1))
 
 
 def parse_request(line: str) -> Request:
@@ -236,42 +173,6 @@ def parse_stream(parameters: str) -> Stream:
     if re.fullmatch(r"[0-9]{13}", parameters) is None:
         raise ProtocolError("SCIP", "MD takes thirteen digits", parameters.encode("latin-1", "replace"))
     return Stream(*(int(parameters[a:b]) for a, b in ((0, 4), (4, 8), (8, 10), (10, 11), (11, 13))))
-
-
-def sweep_lines(sweep: Sweep, size: int) -> tuple[str, ...]:
-    """Stamp and ranges as data lines; `size` is the number of characters of a range."""
-    text = encode_numbers(sweep.ranges_mm, size)
-    return (encode_number(sweep.stamp_ms % WRAP_MS, 4), *(text[k : k + BLOCK] for k in range(0, len(text), BLOCK)))
-
-
-def parse_sweep(reply: Reply, size: int, beams: int) -> Sweep:
-    """The scan of GD, GS, MD or MS.
-
-    Raises:
-        ProtocolError: it is cut, or has not that many beams.
-    """
-    if not reply.lines or len(reply.lines[0]) != 4:
-        raise ProtocolError("SCIP", "a scan without its time stamp", reply.echo.encode("latin-1", "replace"))
-    ranges = decode_numbers("".join(reply.lines[1:]), size)
-    if len(ranges) != beams:
-        raise ProtocolError("SCIP", f"a scan of {len(ranges)} beams where {beams} were asked for")
-    return Sweep(decode_number(reply.lines[0]), ranges)
-
-
-def to_metres(ranges_mm: NDArray[np.int64], longest_mm: int) -> FloatArray:
-    """Ranges (N,) after REP 117 [m]: code 0 is +inf, every other code nan; beyond the lidar's reach +inf."""
-    ranges = np.asarray(ranges_mm, np.float64) / 1000.0  # not times 1e-3: 5600 mm is not beyond 5.6 m
-    ranges[ranges_mm < SHORTEST_MM] = np.nan
-    ranges[(ranges_mm == 0) | (ranges_mm > longest_mm)] = np.inf
-    return ranges
-
-
-def to_millimetres(ranges: FloatArray) -> NDArray[np.int64]:
-    """What a lidar says for ranges (N,) after REP 117 [m]: +inf is code 0, nan and what is too near code 7."""
-    codes = np.where(ranges == np.inf, 0, 7)
-    finite = np.isfinite(ranges)
-    values_mm = np.rint(np.where(finite, ranges, 0.0) * 1e3).astype(np.int64)
-    return np.where(finite & (values_mm >= SHORTEST_MM), values_mm, codes).astype(np.int64)
 
 
 def _summed(echo: str) -> int | None:

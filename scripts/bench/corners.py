@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from sim.raster.lens import distorted, undistorted
 from slam.se2 import FloatArray
 

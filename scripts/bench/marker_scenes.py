@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hardware.spec import camera_mount, d435
+from hardware.camera_spec import camera_mount, d435
 from slam.kernels.planar_pose import square_poses
 from slam.landmarks.marker_map import MappedMarker, MarkerMap
 from slam.landmarks.sighting import Sighting, square

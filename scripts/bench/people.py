@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import RobotSpec
 from scripts.bench.row import Row
 from sim.ground_truth import ground_truth
 from sim.kinematic import Kinematic

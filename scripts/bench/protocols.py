@@ -8,10 +8,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hardware.protocols import ev3_codes, ev3_direct, scip
+from hardware.protocols import ev3_codes, ev3_direct, scip, scip_sweep
 from hardware.protocols.errors import ProtocolError
 from hardware.protocols.ev3_codes import Instruction, Variable
-from hardware.protocols.scip import Replies, Reply, Sweep
+from hardware.protocols.scip import Replies, Reply
+from hardware.protocols.scip_sweep import Sweep
 from scripts.bench.row import Row
 
 FRAMES = 1_000_000
@@ -24,7 +25,7 @@ def run(smoke: bool) -> list[Row]:
     counts = [Instruction("OUTPUT_GET_COUNT", (0, k, Variable(4 * k))) for k in range(4)]
     request = ev3_direct.command(7, *counts, global_bytes=16)
     reply = ev3_direct.Reply(7, bytes(range(16))).pack()
-    scan = Reply("MD0044072501000", scip.DATA, scip.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
+    scan = Reply("MD0044072501000", scip.DATA, scip_sweep.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
     decoders: dict[str, tuple[bytes, Callable[[bytes], object]]] = {
         "EV3 request": (request, lambda raw: ev3_codes.decode(ev3_direct.parse_request(raw).codes)),
         "EV3 reply": (reply, ev3_direct.parse_reply),
@@ -35,7 +36,7 @@ def run(smoke: bool) -> list[Row]:
 
 
 def _scans(raw: bytes) -> list[Sweep]:
-    return [scip.parse_sweep(reply, 3, 682) for reply in Replies().feed(raw)]
+    return [scip_sweep.parse_sweep(reply, 3, 682) for reply in Replies().feed(raw)]
 
 
 def _rows(name: str, good: bytes, decode: Callable[[bytes], object], frames: int) -> list[Row]:

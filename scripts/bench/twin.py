@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.spec import RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import RobotSpec
 from scripts.bench.row import Row
 from sim.kinematic import Kinematic
 from sim.robot import Sim

@@ -9,7 +9,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from hardware.spec import RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import RobotSpec
 from scripts.experiments.contest import Run, contest
 from scripts.experiments.drive import Course, Drive
 from scripts.experiments.office_parts import PlacedMap, by_parts, drift_along_corridor

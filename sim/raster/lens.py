@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from slam.se2 import FloatArray
 
 Singles = NDArray[np.float32]

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.spec import Imager
+from hardware.camera_spec import Imager
 from sim.raster.kernels.depth import depths
 from sim.raster.kernels.faces import Ids, Singles
 from sim.raster.kernels.shading import Scene, shade

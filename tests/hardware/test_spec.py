@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hardware.camera_spec import camera_mount
 from hardware.errors import SpecError
-from hardware.spec import DriveSpec, LidarSpec, RobotSpec, camera_mount
+from hardware.spec import DriveSpec, LidarSpec, RobotSpec
 from slam.messages import Twist
 from slam.se2 import SE2
 

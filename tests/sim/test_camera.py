@@ -2,7 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.spec import RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import RobotSpec
 from scripts.bench.corners import fitted_corners
 from sim.errors import SimError, TruthError
 from sim.ground_truth import ground_truth

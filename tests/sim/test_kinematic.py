@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.spec import LidarSpec, RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import LidarSpec, RobotSpec
 from sim.errors import SimError
 from sim.ground_truth import ground_truth
 from sim.kinematic import Kinematic

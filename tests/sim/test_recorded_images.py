@@ -7,9 +7,10 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from hardware.camera_spec import d435
 from hardware.recorder import Recorder
 from hardware.replay import Replay
-from hardware.spec import RobotSpec, d435
+from hardware.spec import RobotSpec
 from hardware.urdf import urdf
 from sim.robot import Sim
 from slam.messages import Twist

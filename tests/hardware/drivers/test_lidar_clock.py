@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hardware.drivers.lidar_clock import LidarClock, best_offset
-from hardware.protocols.scip import WRAP_MS
+from hardware.protocols.scip_sweep import WRAP_MS
 
 
 def test_stamps_go_on_when_the_counter_wraps():

@@ -8,7 +8,7 @@ import pytest
 from hardware.emulators.channels import TcpChannel
 from hardware.emulators.port import Port
 from hardware.emulators.urg_lidar import PERIOD_MS, Turn, UrgLidar
-from hardware.protocols import scip
+from hardware.protocols import scip, scip_numbers, scip_sweep
 from hardware.protocols.scip import Replies
 
 RANGES = np.arange(682) + 1000
@@ -38,7 +38,7 @@ def mirror():
 
 @pytest.fixture
 def lidar(mirror):
-    return UrgLidar(mirror.turn, mirror.clock, zero_ms=scip.WRAP_MS - 250)
+    return UrgLidar(mirror.turn, mirror.clock, zero_ms=scip_sweep.WRAP_MS - 250)
 
 
 def ask(lidar, text):
@@ -94,10 +94,10 @@ def test_its_geometry_is_that_of_the_ug01(lidar):
 
 def test_a_stream_has_every_turn_once_and_its_stamps_wrap(lidar, mirror):
     ask(lidar, "MD0044072501000\n")
-    sweeps = [scip.parse_sweep(reply, 3, 682) for reply in listen(lidar, mirror, 1.05)]
+    sweeps = [scip_sweep.parse_sweep(reply, 3, 682) for reply in listen(lidar, mirror, 1.05)]
     assert len(sweeps) == 10
     assert all(np.array_equal(sweep.ranges_mm, RANGES + k) for k, sweep in enumerate(sweeps))
-    steps = [(b.stamp_ms - a.stamp_ms) % scip.WRAP_MS for a, b in itertools.pairwise(sweeps)]
+    steps = [(b.stamp_ms - a.stamp_ms) % scip_sweep.WRAP_MS for a, b in itertools.pairwise(sweeps)]
     assert all(abs(step - PERIOD_MS) <= 1 for step in steps)
     assert sweeps[0].stamp_ms > sweeps[-1].stamp_ms
 
@@ -115,7 +115,7 @@ def test_a_single_scan_comes_with_the_next_turn(lidar, mirror):
     assert lidar.exchange(b"GS0384039503\n") == b""
     (reply,) = listen(lidar, mirror, 0.2)
     assert reply.echo == "GS0384039503"
-    assert scip.decode_numbers("".join(reply.lines[1:]), 2).tolist() == [RANGES[340 + 3 * k] + 5 for k in range(4)]
+    assert scip_numbers.decode_numbers("".join(reply.lines[1:]), 2).tolist() == [RANGES[340 + 3 * k] + 5 for k in range(4)]
     assert lidar.laser
 
 
@@ -125,13 +125,13 @@ def test_a_group_without_any_range_has_a_code():
     lidar = UrgLidar(iter([None, Turn(0.0, codes)]).__next__, lambda: 1.0)
     lidar.exchange(b"MD0044005204000\n")
     (reply,) = Replies().feed(lidar.exchange(b""))
-    assert scip.decode_numbers("".join(reply.lines[1:]), 3).tolist() == [7, 900, 7]
+    assert scip_numbers.decode_numbers("".join(reply.lines[1:]), 3).tolist() == [7, 900, 7]
 
 
 def test_the_time_is_told_only_in_its_mode(lidar, mirror):
     ask(lidar, "TM0\n")
     mirror.now = 1.0
-    assert scip.decode_number(ask(lidar, "TM1\n")[0].lines[0]) == 750
+    assert scip_numbers.decode_number(ask(lidar, "TM1\n")[0].lines[0]) == 750
 
 
 def test_there_are_no_scans_before_the_motor_is_fast(mirror):

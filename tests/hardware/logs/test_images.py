@@ -3,12 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hardware.camera_spec import d435
 from hardware.hal import Command
 from hardware.logs.ros_reading import ReadingDecoder
 from hardware.logs.ros_writing import written
 from hardware.recorder import Recorder
 from hardware.replay import Replay
-from hardware.spec import RobotSpec, d435
+from hardware.spec import RobotSpec
 from hardware.urdf import urdf
 from slam.messages import RgbdImage, Twist
 

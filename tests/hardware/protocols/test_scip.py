@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from hardware.protocols import scip
+from hardware.protocols import scip, scip_numbers, scip_sweep
 from hardware.protocols.errors import ProtocolError
-from hardware.protocols.scip import Geometry, Replies, Reply, Request, Stream, Sweep
+from hardware.protocols.scip import Geometry, Replies, Reply, Request, Stream
+from hardware.protocols.scip_sweep import Sweep
 
 RANGES = arrays.arrays(np.int64, st.integers(1, 700), elements=st.integers(0, 4095))
 PP = (
@@ -45,12 +46,12 @@ def test_every_sum_of_a_real_sensor_is_right(exchange):
 
 def test_a_real_scan_is_read(exchange):
     reply = Replies().feed(exchange[0])[-1]
-    sweep = scip.parse_sweep(reply, 3, 682)
+    sweep = scip_sweep.parse_sweep(reply, 3, 682)
     assert len(reply.pack()) == 2134
     assert sweep.ranges_mm[:5].tolist() == [392, 392, 391, 385, 381]
     assert sweep.ranges_mm[340] == 4152
     assert np.count_nonzero(sweep.ranges_mm < 20) == np.isin(sweep.ranges_mm, [0, 6, 7, 10]).sum() > 50
-    metres = scip.to_metres(sweep.ranges_mm, 5600)
+    metres = scip_sweep.to_metres(sweep.ranges_mm, 5600)
     assert np.isinf(metres).sum() == np.count_nonzero(sweep.ranges_mm == 0)
     assert np.nanmin(metres) >= 0.02
 
@@ -74,26 +75,26 @@ def test_statuses_have_their_sums(status):
 
 @pytest.mark.parametrize(("value", "text"), [(1234, "CB"), (4095, "oo"), (5432, "1Dh"), (16000000, "m2@0"), (11149560, "ZR3h")])
 def test_numbers_have_their_characters(value, text):
-    assert scip.encode_number(value, len(text)) == text
-    assert scip.decode_number(text) == value
+    assert scip_numbers.encode_number(value, len(text)) == text
+    assert scip_numbers.decode_number(text) == value
 
 
 @given(st.integers(0, (1 << 24) - 1), RANGES, st.sampled_from([2, 3]))
 def test_sweeps_come_back(stamp_ms, ranges_mm, size):
-    reply = Reply("MD0044072501000", scip.DATA, scip.sweep_lines(Sweep(stamp_ms, ranges_mm), size))
-    again = scip.parse_sweep(Replies().feed(reply.pack())[0], size, len(ranges_mm))
+    reply = Reply("MD0044072501000", scip.DATA, scip_sweep.sweep_lines(Sweep(stamp_ms, ranges_mm), size))
+    again = scip_sweep.parse_sweep(Replies().feed(reply.pack())[0], size, len(ranges_mm))
     assert again.stamp_ms == stamp_ms
     assert np.array_equal(again.ranges_mm, ranges_mm)
 
 
 @given(st.integers(0, 2000), st.integers(1, 255))
 def test_no_scan_with_a_wrong_character_passes(place, change):
-    raw = Reply("GD0044072501", "00", scip.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
+    raw = Reply("GD0044072501", "00", scip_sweep.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
     place = 20 + place
     broken = raw[:place] + bytes([raw[place] ^ change]) + raw[place + 1 :]
     for reply in Replies().feed(broken):
         with contextlib.suppress(ProtocolError):
-            assert np.array_equal(scip.parse_sweep(reply, 3, 682).ranges_mm, np.arange(682) + 20)
+            assert np.array_equal(scip_sweep.parse_sweep(reply, 3, 682).ranges_mm, np.arange(682) + 20)
 
 
 @given(st.binary(max_size=300).filter(lambda noise: b"\n\n" not in noise), st.integers(1, 50))
@@ -125,22 +126,22 @@ def test_requests_come_back():
 
 
 def test_codes_are_no_ranges():
-    metres = scip.to_metres(np.array([0, 7, 19, 20, 1500, 5601]), 5600)
+    metres = scip_sweep.to_metres(np.array([0, 7, 19, 20, 1500, 5601]), 5600)
     np.testing.assert_array_equal(metres, [np.inf, np.nan, np.nan, 0.02, 1.5, np.inf])
-    assert scip.to_millimetres(metres).tolist() == [0, 7, 7, 20, 1500, 0]
+    assert scip_sweep.to_millimetres(metres).tolist() == [0, 7, 7, 20, 1500, 0]
 
 
 @pytest.mark.parametrize(
     ("what", "arguments"),
     [
-        (scip.encode_number, (4096, 2)),
-        (scip.encode_numbers, (np.array([-1]), 3)),
-        (scip.decode_numbers, ("000", 2)),
-        (scip.decode_numbers, ("0~", 2)),
+        (scip_numbers.encode_number, (4096, 2)),
+        (scip_numbers.encode_numbers, (np.array([-1]), 3)),
+        (scip_numbers.decode_numbers, ("000", 2)),
+        (scip_numbers.decode_numbers, ("0~", 2)),
         (scip.parse_reply, (["MD"],)),
         (scip.parse_reply, (["MD", "0P"],)),
-        (scip.parse_sweep, (Reply("GD", "00"), 3, 682)),
-        (scip.parse_sweep, (Reply("GD", "00", ("0000", "000")), 3, 682)),
+        (scip_sweep.parse_sweep, (Reply("GD", "00"), 3, 682)),
+        (scip_sweep.parse_sweep, (Reply("GD", "00", ("0000", "000")), 3, 682)),
         (scip.parse_geometry, (Reply("PP", "00", ("MODL:x;", "DMIN:a;")),)),
     ],
 )

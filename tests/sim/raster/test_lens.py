@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.spec import CameraSpec
+from hardware.camera_spec import CameraSpec
 from sim.raster.lens import distorted, lens_of, project, undistorted
 
 IMAGER = replace(CameraSpec().colour, distortion=(0.12, -0.25, 0.001, -0.0008, 0.05))

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hardware.spec import CameraSpec, d435
+from hardware.camera_spec import CameraSpec, d435
 from scripts.bench.corners import fitted_corners
 from sim.camera_truth import seen_corners
 from sim.painters import PAINTERS

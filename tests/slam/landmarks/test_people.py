@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from hardware.spec import RobotSpec, d435
+from hardware.camera_spec import d435
+from hardware.spec import RobotSpec
 from sim.ground_truth import ground_truth
 from sim.kinematic import Kinematic
 from slam.errors import ParameterError
