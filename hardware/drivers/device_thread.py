@@ -88,3 +88,20 @@ class DeviceThread:
             _log.warning("%s is back", self._name)
             return session
         return None
+
+
+class DeviceDriver:
+    """What all drivers tell of the thread that works for them."""
+
+    def __init__(self, thread: DeviceThread) -> None:
+        self._thread = thread
+
+    @property
+    def link(self) -> bool:
+        """Whether the device answers."""
+        return self._thread.link
+
+    @property
+    def losses(self) -> int:
+        """How often it stopped to answer."""
+        return self._thread.losses

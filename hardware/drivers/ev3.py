@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 
 from hardware.drivers import ev3_link
-from hardware.drivers.device_thread import DeviceThread
+from hardware.drivers.device_thread import DeviceDriver, DeviceThread
 from hardware.drivers.errors import DeviceError
 from hardware.drivers.ev3_link import Answer, Ev3Link
 from hardware.drivers.orders import Orders
@@ -66,29 +66,19 @@ class Ev3State:
     counts: tuple[int, int] | None = None
 
 
-class Ev3Driver:
+class Ev3Driver(DeviceDriver):
     """Fills the queues `odometry` and `imu`, and carries out orders, from `open` to `close`."""
 
     def __init__(
         self, address: str, ports: Ev3Ports, spec: RobotSpec, orders: Orders, queues: tuple[EventQueue[WheelOdometry], EventQueue[Imu]]
     ) -> None:
+        super().__init__(DeviceThread(f"EV3 at {address}", self._connect))
         self._address = address
         self._ports = ports
         self._spec = spec
         self._orders = orders
         self._queues = queues
-        self._thread = DeviceThread(f"EV3 at {address}", self._connect)
         self.state = Ev3State()
-
-    @property
-    def link(self) -> bool:
-        """Whether the brick answers."""
-        return self._thread.link
-
-    @property
-    def losses(self) -> int:
-        """How often it stopped to answer."""
-        return self._thread.losses
 
     def open(self) -> None:
         """Connect, stop the wheels, set the counters to zero.

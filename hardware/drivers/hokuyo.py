@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from hardware.drivers.device_thread import DeviceThread
+from hardware.drivers.device_thread import DeviceDriver, DeviceThread
 from hardware.drivers.errors import DeviceError, LinkError
 from hardware.drivers.lidar_clock import LidarClock, best_offset
 from hardware.drivers.transport import SerialTransport, TcpTransport, Transport, host_and_port
@@ -32,25 +32,15 @@ ROUNDING = 1e-3
 """Of the angles in a specification, in beams."""
 
 
-class HokuyoDriver:
+class HokuyoDriver(DeviceDriver):
     """Fills the queue of scans from `open` to `close`."""
 
     def __init__(self, address: str, spec: LidarSpec, scans: EventQueue[LaserScan]) -> None:
         """Know where it is: the path of its serial port, or `tcp:HOST[:PORT]`."""
+        super().__init__(DeviceThread(f"lidar at {address}", self._connect))
         self._address = address
         self._spec = spec
         self._scans = scans
-        self._thread = DeviceThread(f"lidar at {address}", self._connect)
-
-    @property
-    def link(self) -> bool:
-        """Whether the lidar answers."""
-        return self._thread.link
-
-    @property
-    def losses(self) -> int:
-        """How often it stopped to answer."""
-        return self._thread.losses
 
     def open(self) -> None:
         """Connect, ask for the geometry, measure the clock, start the stream.

@@ -18,13 +18,14 @@ from rosbags.typesys import Stores, get_typestore
 
 from hardware.errors import RecordingError
 from hardware.hal import Command
+from hardware.logs.held_log import HeldLog
 from hardware.logs.log import LARGEST_VALUE, Event, Reading
 from hardware.logs.mcap_bag import RECORDING, UNFINISHED
 from hardware.logs.mcap_file import MAGIC
 from hardware.logs.ros_frames import ODOMETRY, FrameTree, name_of, pose2_of
 from hardware.logs.stamps import StampOrder
 from hardware.spec import DriveSpec, ImuSpec, LidarSpec, RobotSpec
-from slam.messages import Imu, LaserScan, Trajectory, Twist, WheelOdometry
+from slam.messages import Imu, LaserScan, Twist, WheelOdometry
 from slam.se3 import SE3
 
 _log = logging.getLogger(__name__)
@@ -59,11 +60,11 @@ class _Robot:
     """Odometry comes from TF."""
 
 
-class RosBag:
+class RosBag(HeldLog):
     """A rosbag1 file or a rosbag2 folder or file of any robot. Implements `hardware.logs.log.Log`."""
 
     def __init__(self, path: Path, spec: RobotSpec | None = None) -> None:
-        self._path = path
+        super().__init__(path)
         self._topics: dict[str, str] = {}
         self._first: LaserScan | None = None
         with self._open() as reader:
@@ -95,23 +96,6 @@ class RosBag:
     def spec(self) -> RobotSpec:
         """The robot as the bag lets it be known."""
         return self._spec
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last arrival [s], by the clock of the host that recorded."""
-        return self._events[0].arrival, self._events[-1].arrival
-
-    def events(self) -> Iterator[Event]:
-        """Every reading in file order."""
-        return iter(self._events)
-
-    def truth(self) -> Trajectory | None:
-        """A foreign bag names no ground truth."""
-        return None
-
-    def description(self) -> str:
-        """The URDF is not kept."""
-        return ""
 
     @contextmanager
     def _open(self) -> Generator[AnyReader]:

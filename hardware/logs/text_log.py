@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
 from hardware.errors import RecordingError
+from hardware.logs.held_log import HeldLog
 from hardware.logs.log import Event, Reading
 from hardware.logs.stamps import StampOrder
 from hardware.spec import RobotSpec
-from slam.messages import Trajectory
 
 _log = logging.getLogger(__name__)
 
@@ -41,13 +41,12 @@ def read_rows(path: Path, take: Callable[[list[bytes]], None]) -> None:
             _log.warning("%s: line %d, the last, is cut and was dropped (%s)", path, number, error)
 
 
-class TextLog(ABC):
+class TextLog(HeldLog, ABC):
     """A recording of lines; a format says how one line becomes readings. Implements `hardware.logs.log.Log`."""
 
     def __init__(self, path: Path, spec: RobotSpec | None) -> None:
-        self._path = path
+        super().__init__(path)
         self._given = spec
-        self._events: list[Event] = []
         self._order = StampOrder()
         read_rows(path, self._take)
         self._order.report(path)
@@ -78,20 +77,3 @@ class TextLog(ABC):
 
     def _put(self, channel: str, arrival: float, message: Reading) -> None:
         self._events.append(Event(arrival, channel, message))
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last arrival [s]."""
-        return self._events[0].arrival, self._events[-1].arrival
-
-    def events(self) -> Iterator[Event]:
-        """Every reading in file order."""
-        return iter(self._events)
-
-    def truth(self) -> Trajectory | None:
-        """Text formats carry no ground truth."""
-        return None
-
-    def description(self) -> str:
-        """Text formats carry no URDF."""
-        return ""
