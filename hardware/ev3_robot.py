@@ -6,13 +6,14 @@ import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any
 
 from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports
 from hardware.drivers.hokuyo import HokuyoDriver
 from hardware.drivers.orders import Orders
 from hardware.errors import HardwareError, NotOpenError, SpecError
 from hardware.hal import Health
+from hardware.openable import Openable
 from hardware.queues import EventQueue, Subscription
 from hardware.spec import DriveSpec, RobotSpec
 from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
@@ -55,7 +56,7 @@ class Ev3:
         return Ev3Robot(self)
 
 
-class Ev3Robot:
+class Ev3Robot(Openable):
     """Implements `Robot` of `hardware.hal`."""
 
     def __init__(self, parameters: Ev3) -> None:
@@ -127,13 +128,6 @@ class Ev3Robot:
         if self._lidar is not None:
             self._lidar.close()
         self._unsubscribe()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def read(self) -> SensorFrame:
         """Everything since the last read, oldest first; a scan waits for the odometry of its end.

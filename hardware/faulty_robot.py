@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Protocol, Self
+from typing import Any, Protocol
 
 import numpy as np
 
 from hardware.fault_kinds import Case, Fault, HostStall, Reading, ReadingFault, StuckWheel
 from hardware.hal import Command, Health, Recorded, Resettable, Robot
+from hardware.openable import Openable
 from hardware.queues import EventQueue
 from hardware.spec import RobotSpec
 from slam.messages import SensorFrame, Twist
 
 
-class FaultyRobot:
+class FaultyRobot(Openable):
     """Implements `Robot`. Readings pass the faults when the robot is read, and come to its queues then."""
 
     def __init__(self, body: Robot, faults: Sequence[Fault], seed: int) -> None:
@@ -67,13 +68,6 @@ class FaultyRobot:
         self._open = False
         self.body.close()
         self.pass_commands()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def read(self) -> SensorFrame:
         """The body's frame, as far as it comes through."""

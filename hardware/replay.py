@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from hardware.errors import NotOpenError
 from hardware.hal import Command, Health
 from hardware.logs.log import Log
 from hardware.logs.registry import open_log
 from hardware.logs.spec_file import read_spec
+from hardware.openable import Openable
 from hardware.queues import EventQueue, Subscription
 from hardware.replay_clock import ReplayClock
 from hardware.spec import RobotSpec
@@ -46,7 +47,7 @@ class Replay:
         return ReplayRobot(open_log(path, None if self.spec is None else read_spec(Path(self.spec))))
 
 
-class ReplayRobot:
+class ReplayRobot(Openable):
     """Implements `Robot` and `Recorded` of `hardware.hal`."""
 
     def __init__(self, log: Log) -> None:
@@ -104,13 +105,6 @@ class ReplayRobot:
         for channel, subscription in self._pending.items():
             self._queues[channel].unsubscribe(subscription)
         self._pending = {}
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def read(self) -> SensorFrame:
         """Everything since the last read, oldest first; a scan or an image waits for the odometry of its end.

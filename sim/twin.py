@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol, Self, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from hardware.errors import NotOpenError
 from hardware.hal import Command, Health
+from hardware.openable import Openable
 from hardware.queues import EventQueue, Subscription
 from hardware.spec import DriveSpec, RobotSpec
 from sim.errors import SimError
@@ -49,7 +50,7 @@ class Twin(Protocol):
         ...
 
 
-class TwinRobot:
+class TwinRobot(Openable):
     """A `Robot` and `Resettable` over a simulation."""
 
     def __init__(self, parameters: Twin) -> None:
@@ -111,13 +112,6 @@ class TwinRobot:
         world = self.running.world
         self.close()
         self._start(world, seed)
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def read(self) -> SensorFrame:
         """Everything since the last read, oldest first; scans and images wait until odometry covers their end."""

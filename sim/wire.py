@@ -6,11 +6,12 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from hardware.emulators.urg_lidar import UG01, Turn
+from hardware.openable import Openable
 from hardware.protocols import ev3_direct, scip_sweep
 from hardware.queues import EventQueue
 from sim.motion import STEP, WHEELS
@@ -42,7 +43,7 @@ def on_the_wire(realism: str) -> str:
     return f"{realism}{',' if ':' in realism else ':'}{NOT_OF_THE_BODY}"
 
 
-class WiredTwin:
+class WiredTwin(Openable):
     """A twin that follows a clock, from `open` to `close`. It is the `Body` of an emulated brick and the source of an emulated lidar."""
 
     def __init__(self, twin: Twin, clock: Callable[[], float], outputs: tuple[int, int] = (0, 3)) -> None:
@@ -95,13 +96,6 @@ class WiredTwin:
         if self._thread is not None:
             self._thread.join()
         self.simulation.close()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def now(self) -> float:
         """Time since the twin's start [s]."""

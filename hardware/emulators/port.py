@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from typing import Protocol, Self
+from typing import Protocol
 
 from hardware.emulators.channels import Channel
+from hardware.openable import Openable
 
 _log = logging.getLogger(__name__)
 TICK = 0.002
@@ -30,7 +31,7 @@ class Device(Protocol):
         ...
 
 
-class Port:
+class Port(Openable):
     """Serves a device on a channel from `open` to `close`."""
 
     def __init__(self, device: Device, channel: Channel) -> None:
@@ -71,13 +72,6 @@ class Port:
         if self._thread is not None:
             self._thread.join()
         self._channel.close()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def unplug(self) -> None:
         """Pull the plug; the client's end of the wire breaks."""
