@@ -21,12 +21,13 @@ def insert_hits(
     field: tuple[NDArray[np.int32], NDArray[np.float32], float],
     cells: Cells,
     touched: NDArray[np.uint8],
-    update: tuple[float, float, float, float],
+    update: tuple[float, float, float],
 ) -> NDArray[np.int64]:
     """Raise the log-odds of every hit cell once and average its hits. Returns the flat indices of the hit cells.
 
     A hit near a known line counts for the cell where the line is, with its own coordinates: range noise then averages
-    out on both sides of a wall, instead of filling the cells before and behind it.
+    out on both sides of a wall, instead of filling the cells before and behind it. No hit fades: scans are placed by the map that
+    they go into, so a map that forgot its oldest hits would slowly follow its own errors.
 
     Args:
         origins: (M, 2) [m] where each ray starts, in the grid's frame.
@@ -34,7 +35,7 @@ def insert_hits(
         field: nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m].
         cells: written.
         touched: (H, W) HIT where this scan hit; written, to be cleared by `clear`.
-        update: log-odds of a hit, their limit, largest count (older hits fade beyond it), how near a line is near [m].
+        update: log-odds of a hit, their limit, how near a line is near [m].
     """
     log_odds, count, offset, facing = cells
     resolution = field[2]
@@ -46,11 +47,11 @@ def insert_hits(
         length = np.sqrt(vx * vx + vy * vy)
         if length > 0.0:
             vx, vy = vx / length, vy / length
-        x, y = _foot((points[i, 0], points[i, 1]), (vx, vy), field, update[3])
+        x, y = _foot((points[i, 0], points[i, 1]), (vx, vy), field, update[2])
         col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
         if not (0 <= row < height and 0 <= col < width):
             continue
-        count[row, col] = min(count[row, col] + 1.0, update[2])
+        count[row, col] += 1.0
         gain = 1.0 / count[row, col]
         offset[row, col, 0] += gain * (points[i, 0] - (col + 0.5) * resolution - offset[row, col, 0])
         offset[row, col, 1] += gain * (points[i, 1] - (row + 0.5) * resolution - offset[row, col, 1])
@@ -124,7 +125,6 @@ def absorb(
     field: tuple[NDArray[np.int32], NDArray[np.float32], float],
     hits: NDArray[np.int64],
     near: float,
-    limit: float,
 ) -> NDArray[np.int64]:
     """Move the hits of a cell beside a wall into the cell of the wall that they belong to. Returns the emptied flat cells.
 
@@ -135,7 +135,6 @@ def absorb(
         field: as in `insert_hits`.
         hits: flat cells to look at.
         near: how near a line is near [m].
-        limit: largest count.
     """
     log_odds, count, offset, facing = cells
     resolution = field[2]
@@ -158,7 +157,7 @@ def absorb(
         offset[to_row, to_col, 1] += gain * (y - (to_row + 0.5) * resolution - offset[to_row, to_col, 1])
         facing[to_row, to_col, 0] += gain * (facing[row, col, 0] - facing[to_row, to_col, 0])
         facing[to_row, to_col, 1] += gain * (facing[row, col, 1] - facing[to_row, to_col, 1])
-        count[to_row, to_col] = min(total, limit)
+        count[to_row, to_col] = total
         log_odds[row, col], count[row, col] = 0.0, 0.0
         emptied[n] = hits[i]
         n += 1

@@ -35,11 +35,9 @@ class MapSettings:
     """Log-odds added to a cell that a ray crosses (p = 0.45)."""
     merge: float = 0.1
     """A hit this near to a known line belongs to it [m]."""
-    memory: float = 60.0
-    """Hits that a cell's mean remembers."""
 
     def __post_init__(self) -> None:
-        require_positive(self, "resolution", "hit", "merge", "memory")
+        require_positive(self, "resolution", "hit", "merge")
         require_not_negative(self, "fixed_size")
 
 
@@ -78,13 +76,13 @@ class GridMapper:
         grid, s = self.grid, self.settings
         cells = (grid.log_odds, grid.hit_count, grid.hit_offset, self.field.facing)
         field = (self.field.nearest, self.field.surfaces, s.resolution)
-        hits = insertion.insert_hits(starts, ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.memory, s.merge))
+        hits = insertion.insert_hits(starts, ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.merge))
         misses = insertion.insert_misses(starts, ends, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
         changed = np.concatenate([hits, misses])
         insertion.clear(self._touched, changed)
         self.field.update(grid, changed)
         around = self.field.with_neighbours(hits)
-        self.field.update(grid, insertion.absorb(cells, field, around, s.merge, s.memory))
+        self.field.update(grid, insertion.absorb(cells, field, around, s.merge))
 
     def _make_room(self, points: FloatArray) -> bool:
         """Grow the grid by at least a quarter where points fall outside. False: it would be too large, and stays."""

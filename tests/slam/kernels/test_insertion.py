@@ -8,7 +8,7 @@ from slam.kernels.surfaces import FLATNESS, NORMAL_X, ONE_SIDED, X, Y
 from slam.se2 import FloatArray
 
 SIZE = 8
-HIT, MISS, LIMIT, MEMORY, NEAR = 0.5, -0.2, 5.0, 60.0, 0.3
+HIT, MISS, LIMIT, NEAR = 0.5, -0.2, 5.0, 0.3
 
 
 class Cells:
@@ -40,7 +40,7 @@ class Cells:
 
     def hit(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> np.ndarray:
         origins = np.tile(start, (len(points), 1))
-        return insertion.insert_hits(origins, np.array(points), self.field, self.arrays, self.touched, (HIT, LIMIT, MEMORY, NEAR))
+        return insertion.insert_hits(origins, np.array(points), self.field, self.arrays, self.touched, (HIT, LIMIT, NEAR))
 
     def miss(self, origins: FloatArray, points: FloatArray) -> np.ndarray:
         return insertion.insert_misses(origins, points, 1.0, (self.log_odds, self.count), self.touched, (MISS, LIMIT))
@@ -52,7 +52,7 @@ class Cells:
 
     def absorb(self, *cells: tuple[int, int]) -> list[int]:
         flat = np.array([row * SIZE + col for row, col in cells])
-        return insertion.absorb(self.arrays, self.field, flat, NEAR, MEMORY).tolist()
+        return insertion.absorb(self.arrays, self.field, flat, NEAR).tolist()
 
     def picture(self) -> list[str]:
         """Highest y on top: # occupied, . free, blank unknown."""
@@ -140,14 +140,14 @@ def test_a_cell_keeps_the_mean_of_its_hits() -> None:
     assert cells.count[0, 3] == 3.0
 
 
-def test_old_hits_fade_beyond_the_memory() -> None:
+def test_the_oldest_hit_counts_as_much_as_the_newest() -> None:
     cells = Cells()
-    for _ in range(200):
+    for _ in range(300):
         cells.hit((3.2, 0.5))
-    for _ in range(400):
+    for _ in range(300):
         cells.hit((3.8, 0.5))
-    assert cells.count[0, 3] == MEMORY
-    assert cells.offset[0, 3, 0] == pytest.approx(0.3, abs=0.01)
+    assert cells.count[0, 3] == 600.0
+    assert cells.offset[0, 3, 0] == pytest.approx(0.0, abs=1e-5)
 
 
 def test_a_cell_that_turns_free_forgets_its_hits() -> None:
