@@ -9,15 +9,12 @@ from slam.kernels.jit import njit
 
 
 @njit
-def gather_free(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDArray[np.float64], resolution: float, scale: float) -> None:
-    """Add the free space of `source` (h, w) to the log-odds `target` (H, W), each cell by its centre.
-
-    Beside an occupied cell free space counts little: two maps of one wall disagree by a cell where the wall lies on its border,
-    and the one's free space is not to erase the other's wall.
+def gather(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDArray[np.float64], resolution: float, scale: float) -> None:
+    """Add the log-odds `source` (h, w), in steps of `scale`, to those of `target` (H, W), each cell by its centre.
 
     Args:
         target: written; the caller limits it.
-        source: log-odds in steps of `scale`, 0 unknown.
+        source: 0 unknown.
         pose: (3,) T_target_source, of the corners of both cells (0, 0).
         resolution: cell size of both [m].
         scale: log-odds of one step.
@@ -25,24 +22,28 @@ def gather_free(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDA
     rows, cols = source.shape
     height, width = target.shape
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
-    for u in (0.0, cols * resolution):
-        for v in (0.0, rows * resolution):
-            x, y = pose[0] + c * u - s * v, pose[1] + s * u + c * v
-            low_x, high_x = min(low_x, x), max(high_x, x)
-            low_y, high_y = min(low_y, y), max(high_y, y)
-    for row in range(max(int(low_y / resolution), 0), min(int(high_y / resolution) + 1, height)):
-        for col in range(max(int(low_x / resolution), 0), min(int(high_x / resolution) + 1, width)):
-            dx, dy = (col + 0.5) * resolution - pose[0], (row + 0.5) * resolution - pose[1]
-            j, i = int(np.floor((c * dx + s * dy) / resolution)), int(np.floor((c * dy - s * dx) / resolution))
-            if not (0 <= i < rows and 0 <= j < cols) or source[i, j] >= 0:
-                continue
-            beside = False
-            for di in range(-1, 2):
-                for dj in range(-1, 2):
-                    if 0 <= i + di < rows and 0 <= j + dj < cols and source[i + di, j + dj] > 0:
-                        beside = True
-            target[row, col] += max(source[i, j] * scale, -1.5) if beside else source[i, j] * scale
+    x0, y0 = pose[0] / resolution, pose[1] / resolution
+    low, high = np.inf, -np.inf
+    for u, v in ((0, 0), (cols, 0), (0, rows), (cols, rows)):
+        low, high = min(low, y0 + s * u + c * v), max(high, y0 + s * u + c * v)
+    for row in range(max(int(low), 0), min(int(high) + 1, height)):
+        dy = row + 0.5 - y0
+        u, v = c * (0.5 - x0) + s * dy, c * dy - s * (0.5 - x0)  # of the row's first cell; a column further on they grow by c and -s
+        first, end = _inside(u, c, cols, (0.0, float(width)))
+        first, end = _inside(v, -s, rows, (first, end))
+        for col in range(int(np.ceil(first)), int(np.ceil(end))):
+            j, i = int(u + c * col), int(v - s * col)
+            if i < rows and j < cols:
+                target[row, col] += source[i, j] * scale
+
+
+@njit
+def _inside(start: float, step: float, size: int, limits: tuple[float, float]) -> tuple[float, float]:
+    """The part of the interval `limits` of k in which `start + step k` lies between 0 and `size`."""
+    if abs(step) < 1e-12:
+        return limits if 0.0 <= start < size else (0.0, 0.0)
+    one, other = -start / step, (size - start) / step
+    return max(limits[0], min(one, other)), min(limits[1], max(one, other))
 
 
 @njit

@@ -22,8 +22,11 @@ def insert_hits(
     cells: Cells,
     touched: NDArray[np.uint8],
     update: tuple[float, float, float],
-) -> NDArray[np.int64]:
-    """Raise the log-odds of every hit cell once and average its hits. Returns the flat indices of the hit cells.
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Raise the log-odds of every hit cell once and average its hits.
+
+    Returns the flat indices of the hit cells, and where each ray ends (M, 2) [m]: at its hit, but never behind the line that the hit
+    counts for, lest range noise erode walls from the front and leave only the hits that lie too deep.
 
     A hit near a known line counts for the cell where the line is, with its own coordinates: range noise then averages
     out on both sides of a wall, instead of filling the cells before and behind it. No hit fades: scans are placed by the map that
@@ -40,7 +43,7 @@ def insert_hits(
     log_odds, count, offset, facing = cells
     resolution = field[2]
     height, width = log_odds.shape
-    hits = np.empty(len(points), np.int64)
+    hits, ends = np.empty(len(points), np.int64), points.copy()
     n = 0
     for i in range(len(points)):
         vx, vy = origins[i, 0] - points[i, 0], origins[i, 1] - points[i, 1]
@@ -48,6 +51,10 @@ def insert_hits(
         if length > 0.0:
             vx, vy = vx / length, vy / length
         x, y = _foot((points[i, 0], points[i, 1]), (vx, vy), field, update[2])
+        dx, dy = x - points[i, 0], y - points[i, 1]
+        if vx * dx + vy * dy > 0.0:  # the hit lies behind its line, by d along the normal: the ray meets the line before
+            back = (dx * dx + dy * dy) / (vx * dx + vy * dy)
+            ends[i, 0], ends[i, 1] = points[i, 0] + min(back, length) * vx, points[i, 1] + min(back, length) * vy
         col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
         if not (0 <= row < height and 0 <= col < width):
             continue
@@ -62,7 +69,7 @@ def insert_hits(
             log_odds[row, col] = min(log_odds[row, col] + update[0], update[1])
             hits[n] = row * width + col
             n += 1
-    return hits[:n].copy()
+    return hits[:n].copy(), ends
 
 
 @njit

@@ -16,7 +16,7 @@ ONE_SIDED = 2.0
 FACING = 0.1
 """Smallest mean component along the normal of the directions from which a line was seen, that tells its side."""
 
-FLAT = 0.15
+FLAT = 0.05
 """Largest ratio of the variances across and along, of hits that make a line."""
 
 

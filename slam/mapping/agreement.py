@@ -23,12 +23,14 @@ class MotionAgreement:
 
     def __init__(self) -> None:
         self._told, self._shared, self._covered = np.zeros(2), np.zeros(2), False
+        self.broken = False
+        """Over enough of a way or of a turn the scans tell of another motion."""
 
     def add(self, by_scans: SE2, by_odometry: SE2, covered: bool) -> None:
         """A step from scan to scan, as matching has it and as odometry has it, if it goes on to the newer scan: a gap is no step."""
         known, self._covered = covered and self._covered, covered
         if not known:
-            self._told, self._shared = np.zeros(2), np.zeros(2)
+            self._told, self._shared, self.broken = np.zeros(2), np.zeros(2), False
             return
         size = np.array([math.hypot(by_odometry.x, by_odometry.y), abs(by_odometry.yaw)])
         along = by_scans.x * by_odometry.x + by_scans.y * by_odometry.y
@@ -37,8 +39,4 @@ class MotionAgreement:
         kept = np.exp(-size / MEMORY)
         self._told = kept * self._told + size
         self._shared = kept * self._shared + np.array([way, turn])
-
-    @property
-    def broken(self) -> bool:
-        """Over enough of a way or of a turn the scans tell of another motion."""
-        return bool(np.any((self._told > ENOUGH * MEMORY) & (self._shared < ALIKE * self._told)))
+        self.broken = bool(np.any((self._told > ENOUGH * MEMORY) & (self._shared < ALIKE * self._told)))

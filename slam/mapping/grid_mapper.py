@@ -76,8 +76,8 @@ class GridMapper:
         grid, s = self.grid, self.settings
         cells = (grid.log_odds, grid.hit_count, grid.hit_offset, self.field.facing)
         field = (self.field.nearest, self.field.surfaces, s.resolution)
-        hits = insertion.insert_hits(starts, ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.merge))
-        misses = insertion.insert_misses(starts, ends, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
+        hits, stops = insertion.insert_hits(starts, ends, field, cells, self._touched, (s.hit, LOG_ODDS_LIMIT, s.merge))
+        misses = insertion.insert_misses(starts, stops, s.resolution, cells[:2], self._touched, (s.miss, LOG_ODDS_LIMIT))
         changed = np.concatenate([hits, misses])
         insertion.clear(self._touched, changed)
         self.field.update(grid, changed)
