@@ -68,7 +68,7 @@ class CompactGrid:
     def free_steps(self) -> NDArray[np.int8]:
         """(height, width) the steps of free space alone, which counts little beside an occupied cell.
 
-        Two maps of one wall disagree by a cell where the wall lies on its border, and the one's free space is not to erase the other's wall.
+        Two maps of one wall disagree by a cell where it lies on their border: the free space of one is not to erase the wall of the other.
         """
         beside = cv2.dilate((self.steps > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
         return np.minimum(np.where(beside, np.maximum(self.steps, round(FREE_BESIDE / STEP)), self.steps), 0).astype(np.int8)

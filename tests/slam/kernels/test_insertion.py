@@ -38,7 +38,7 @@ class Cells:
             self.nearest[row] = row * SIZE + int(x)
             self.surfaces[row, int(x)] = x, row + 0.5, normal, 0.0, flatness
 
-    def hit(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> np.ndarray:
+    def hit(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> tuple[np.ndarray, FloatArray]:
         origins = np.tile(start, (len(points), 1))
         return insertion.insert_hits(origins, np.array(points), self.field, self.arrays, self.touched, (HIT, LIMIT, NEAR))
 
@@ -47,8 +47,8 @@ class Cells:
 
     def ray(self, *points: tuple[float, float], start: tuple[float, float] = (0.5, 0.5)) -> None:
         """A scan: hits, the free cells before them, and the marks cleared."""
-        changed = np.concatenate([self.hit(*points, start=start), self.miss(np.tile(start, (len(points), 1)), np.array(points))])
-        insertion.clear(self.touched, changed)
+        hits, ends = self.hit(*points, start=start)
+        insertion.clear(self.touched, np.concatenate([hits, self.miss(np.tile(start, (len(points), 1)), ends)]))
 
     def absorb(self, *cells: tuple[int, int]) -> list[int]:
         flat = np.array([row * SIZE + col for row, col in cells])
@@ -107,7 +107,8 @@ def test_hits_and_rays_outside_the_grid_are_dropped() -> None:
 
 def test_a_cell_counts_once_a_scan_however_often_it_is_hit() -> None:
     cells = Cells()
-    assert cells.hit((3.1, 0.5), (3.9, 0.5), (3.5, 0.1)).tolist() == [3]
+    hits, _ = cells.hit((3.1, 0.5), (3.9, 0.5), (3.5, 0.1))
+    assert hits.tolist() == [3]
     assert cells.log_odds[0, 3] == np.float32(HIT)
 
 
@@ -167,6 +168,20 @@ def test_a_hit_near_a_line_counts_for_the_cell_of_the_line(x: float) -> None:
     cells.hit((x, 2.5))
     assert np.argwhere(cells.log_odds > 0).tolist() == [[2, 3]]
     assert cells.offset[2, 3, 0] == pytest.approx(x - 3.5, abs=1e-6)
+
+
+def test_a_hit_behind_its_line_does_not_free_the_wall_before_it() -> None:
+    cells = Cells()
+    cells.know_wall(3.95)
+    cells.ray((4.2, 2.5), start=(0.5, 2.5))
+    assert cells.picture()[-3] == "...#"
+
+
+def test_a_slanted_ray_ends_where_it_meets_its_line_and_one_before_the_line_at_its_hit() -> None:
+    cells = Cells()
+    cells.know_wall(3.95)
+    _, ends = cells.hit((4.2, 4.2), (3.8, 3.8))
+    np.testing.assert_allclose(ends, [[3.95, 3.95], [3.8, 3.8]], atol=1e-6)
 
 
 def test_a_hit_far_from_a_line_counts_for_its_own_cell() -> None:
@@ -250,7 +265,8 @@ def test_a_ray_crosses_exactly_the_cells_that_it_runs_through(start: FloatArray,
 @given(st.lists(points, min_size=1, max_size=6), points)
 def test_no_cell_is_reported_twice_in_a_scan(ends: list[FloatArray], start: FloatArray) -> None:
     cells = Cells()
-    changed = [*cells.hit(*(tuple(end) for end in ends)), *cells.miss(np.tile(start, (len(ends), 1)), np.array(ends))]
+    hits, stops = cells.hit(*(tuple(end) for end in ends))
+    changed = [*hits, *cells.miss(np.tile(start, (len(ends), 1)), stops)]
     assert len(changed) == len(set(changed))
     assert set(changed) == set(np.flatnonzero(cells.touched))
     insertion.clear(cells.touched, np.array(changed, np.int64))
