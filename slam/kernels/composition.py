@@ -9,12 +9,12 @@ from slam.kernels.jit import njit
 
 
 @njit
-def gather(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDArray[np.float64], resolution: float, scale: float) -> None:
-    """Add the log-odds `source` (h, w), in steps of `scale`, to those of `target` (H, W), each cell by its centre.
+def gather_free(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDArray[np.float64], resolution: float, scale: float) -> None:
+    """Add the free space of `source` (h, w) to the log-odds `target` (H, W), each cell by its centre.
 
     Args:
         target: written; the caller limits it.
-        source: 0 unknown.
+        source: log-odds in steps of `scale`, 0 unknown.
         pose: (3,) T_target_source, of the corners of both cells (0, 0).
         resolution: cell size of both [m].
         scale: log-odds of one step.
@@ -33,7 +33,7 @@ def gather(target: NDArray[np.float32], source: NDArray[np.int8], pose: NDArray[
         first, end = _inside(v, -s, rows, (first, end))
         for col in range(int(np.ceil(first)), int(np.ceil(end))):
             j, i = int(u + c * col), int(v - s * col)
-            if i < rows and j < cols:
+            if i < rows and j < cols and source[i, j] < 0:
                 target[row, col] += source[i, j] * scale
 
 
@@ -44,6 +44,17 @@ def _inside(start: float, step: float, size: int, limits: tuple[float, float]) -
         return limits if 0.0 <= start < size else (0.0, 0.0)
     one, other = -start / step, (size - start) / step
     return max(limits[0], min(one, other)), min(limits[1], max(one, other))
+
+
+@njit
+def raise_beside(steps: NDArray[np.int8], cells: NDArray[np.int32], least: int) -> None:
+    """Raise the cells around the flat `cells` to at least so many steps; writes `steps` (h, w)."""
+    rows, cols = steps.shape
+    for k in range(len(cells)):
+        row, col = cells[k] // cols, cells[k] % cols
+        for i in range(max(row - 1, 0), min(row + 2, rows)):
+            for j in range(max(col - 1, 0), min(col + 2, cols)):
+                steps[i, j] = max(steps[i, j], least)
 
 
 @njit

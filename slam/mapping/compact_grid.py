@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
+from slam.kernels import composition
 from slam.se2 import SE2, FloatArray
 
 STEP = LOG_ODDS_LIMIT / 125.0
@@ -66,12 +66,13 @@ class CompactGrid:
         return hits
 
     def free_steps(self) -> NDArray[np.int8]:
-        """(height, width) the steps of free space alone, which counts little beside an occupied cell.
+        """(height, width) the steps with free space beside walls raised to `FREE_BESIDE`.
 
         Two maps of one wall disagree by a cell where it lies on their border: the free space of one is not to erase the wall of the other.
         """
-        beside = cv2.dilate((self.steps > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        return np.minimum(np.where(beside, np.maximum(self.steps, round(FREE_BESIDE / STEP)), self.steps), 0).astype(np.int8)
+        steps = self.steps.copy()
+        composition.raise_beside(steps, self.cells, round(FREE_BESIDE / STEP))
+        return steps
 
     def log_odds_of_hits(self) -> FloatArray:
         """(K,) log-odds of the cells that have hits."""

@@ -92,7 +92,7 @@ class LidarSlamPipeline:
         self._unplaced = False  # a session is loaded, and the robot has not been found in it
         self._too_large = False
         self._moved = math.inf  # time of the newest odometry in the last estimate
-        self._placed: tuple[SE2, FloatArray] = (T_map_base, np.zeros((3, 3)))
+        self._placed: tuple[SE2, SE2, FloatArray] = (T_map_base, T_map_base, np.zeros((3, 3)))  # T_map_base, T_map_odom, covariance
         self._spacing = 0.1  # way from one inserted scan to the next, lately [m]
         self._frozen: OccupancyGrid | None = None
         self._polished: Polished | None = None
@@ -262,7 +262,7 @@ class LidarSlamPipeline:
         if frame.scans or self.front.motion.newest != self._moved:  # a recording has many frames in which nothing moves
             self._moved = self.front.motion.newest
             self._place(frame.stamp)
-        pose, covariance = self._placed
+        pose, T_map_odom, covariance = self._placed
         reason = self._watch.silent(frame) or (DISAGREE if self.front.agreement.broken else "")
         if self._too_large:
             reason = "the map would be too large, it stays as it is"
@@ -272,7 +272,7 @@ class LidarSlamPipeline:
             reason = "the scan is not recognised in the session's map"
         status = Status.LOST if self.front.lost or self._unplaced else Status.DEGRADED if reason else Status.TRACKING
         health = self.front.match.inliers if self.front.match else 1.0
-        return Estimate(frame.stamp, pose, pose @ self.front.motion.wheels.inverse(), covariance, status, health, reason)
+        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason)
 
     def _place(self, stamp: float) -> None:
         """Pose in the map and its covariance: of the submap in the graph, and of the robot in the submap."""
@@ -282,4 +282,4 @@ class LidarSlamPipeline:
         body = to_body(covariance, T_local_base)
         if self._current > 0:
             body = composed(self.submaps.relative(0)[self._current], T_local_base, body)
-        self._placed = (pose, from_body(body, pose))
+        self._placed = (pose, pose @ self.front.motion.wheels.inverse(), from_body(body, pose))

@@ -24,7 +24,7 @@ def render(submaps: Sequence[Submap], resolution: float) -> OccupancyGrid:
     T_grid_map = grid.geometry.T_map_grid.inverse()
     for T_map_submap, compact in packed:
         T_grid_corner = T_grid_map @ T_map_submap @ compact.geometry.T_map_grid
-        composition.gather(grid.log_odds, compact.free_steps(), T_grid_corner.as_array(), resolution, STEP)
+        composition.gather_free(grid.log_odds, compact.free_steps(), T_grid_corner.as_array(), resolution, STEP)
     for T_map_submap, compact in packed:
         points = (T_grid_map @ T_map_submap).transform(compact.hits())
         cells = (grid.log_odds, grid.hit_count, grid.hit_offset)
