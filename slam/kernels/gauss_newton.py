@@ -5,10 +5,29 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 from slam.kernels.localizability import RANGE_NOISE, turned
 from slam.kernels.localizability import information as scan_information
-from slam.kernels.sandwich import NOWHERE, UNBOUNDED, close_block, inverse, narrow, opens_block, settle, usable
+from slam.kernels.sandwich import (
+    H00,
+    H01,
+    H02,
+    H11,
+    H12,
+    H22,
+    NOWHERE,
+    S0,
+    S1,
+    S2,
+    UNBOUNDED,
+    Sums,
+    close_block,
+    inverse,
+    narrow,
+    opens_block,
+    settle,
+    usable,
+)
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 
 Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
@@ -17,6 +36,17 @@ COARSE, SLOPE = 100, 75
 """At least so many points, evenly spread, show the way and measure the slope; all of them are asked at the end."""
 STEP = 0.02
 """Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
+ZERO = (0.0,) * 12
+"""Sums of no point."""
+NOTHING, BEHIND, LONE, LINE = range(4)
+"""What a point meets: nothing near, the other face of a wall, a lone point, a line."""
+Meeting = tuple[int, float, float, float, float, float, float, float]
+"""What, the point from the robot, the residual vector, the normal away from the robot, each (x, y) [m], the weight by Geman, McClure."""
+NO_MEETING = (NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+Flat = tuple[NDArray[np.int32], NDArray[np.float32], int, int]
+"""A field's arrays without their rows, and how many rows and columns there are."""
+Placed = tuple[float, float, float, float, float, float, float]
+"""Of a pose x, y [m], the heading's cosine and sine; cells a metre; square of the kernel's width [m^2], weight of a lone point."""
 
 
 @njit
@@ -130,50 +160,19 @@ def _slope(
 ) -> NDArray[np.float64]:
     """How the gradient of every n-th point changes over `STEP` to both sides, (3, 3), with the surfaces found anew."""
     points, stride = beams
-    nearest, surfaces, resolution = field
-    height, width = nearest.shape
-    cells, flat = nearest.reshape(-1), surfaces.reshape(-1)
-    k2, scale = kernel[0] * kernel[0], 1.0 / resolution
-    reach = _reach(points)
-    steps = (STEP, STEP, STEP / reach)
-    slope = np.empty((3, 3))
+    reach, flat = _reach(points), _flat(field)
+    slope = np.zeros((3, 3))
     for j in range(3):
-        for side in range(2):
-            step = steps[j] if side else -steps[j]
-            px, py = pose[0] + (step if j == 0 else 0.0), pose[1] + (step if j == 1 else 0.0)
-            yaw = pose[2] + (step if j == 2 else 0.0)
-            c, s = np.cos(yaw), np.sin(yaw)
-            g0 = g1 = g2 = 0.0
+        step = STEP / reach if j == 2 else STEP
+        for side in (-step, step):
+            moved = (pose[0] + (side if j == 0 else 0.0), pose[1] + (side if j == 1 else 0.0), pose[2] + (side if j == 2 else 0.0))
+            placed, g = _placed(moved, field, kernel), ZERO
             for i in range(0, len(points), stride):
-                rx = c * points[np.uint32(i), 0] - s * points[np.uint32(i), 1]
-                ry = s * points[np.uint32(i), 0] + c * points[np.uint32(i), 1]
-                x, y = rx + px, ry + py
-                if not (x >= 0.0 and y >= 0.0):
-                    continue
-                col, row = np.int32(x * scale), np.int32(y * scale)
-                if row >= height or col >= width:
-                    continue
-                cell = cells[np.uint32(row * width + col)]
-                if cell < 0:
-                    continue
-                index = np.uint32(5 * cell)
-                dx, dy = x - flat[np.uint32(index + X)], y - flat[np.uint32(index + Y)]
-                weight = kernel[1]
-                if flat[np.uint32(index + FLATNESS)] > 0.0:
-                    nx, ny = flat[np.uint32(index + NORMAL_X)], flat[np.uint32(index + NORMAL_Y)]
-                    if flat[np.uint32(index + FLATNESS)] == ONE_SIDED and nx * rx + ny * ry > 0.0:
-                        continue
-                    d = nx * dx + ny * dy
-                    dx, dy, weight = d * nx, d * ny, 1.0
-                w = k2 / (k2 + dx * dx + dy * dy)
-                w *= w * weight
-                g0 += w * dx
-                g1 += w * dy
-                g2 += w * (dy * rx - dx * ry)
-            gain = (0.5 if side else -0.5) * stride / steps[j]
-            slope[j, 0] = gain * g0 + (slope[j, 0] if side else 0.0)
-            slope[j, 1] = gain * g1 + (slope[j, 1] if side else 0.0)
-            slope[j, 2] = gain * g2 + (slope[j, 2] if side else 0.0)
+                met = _meeting(points[np.uint32(i), 0], points[np.uint32(i), 1], placed, flat)
+                if met[0] > BEHIND:
+                    g = _added(g, met)
+            for i in range(3):
+                slope[j, i] += 0.5 * stride / side * g[S0 + i]
     return usable(slope, reach)
 
 
@@ -191,64 +190,22 @@ def _blocks(
     points: NDArray[np.float64], pose: NDArray[np.float64], field: Field, kernel: tuple[float, float]
 ) -> tuple[NDArray[np.float64], float, float]:
     """Blocks (G, 12) of `sandwich`, RMS residual and share of points within the kernel; normals look away from the robot."""
-    nearest, surfaces, resolution = field
-    height, width = nearest.shape
-    cells, flat = nearest.reshape(-1), surfaces.reshape(-1)
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    k2, scale = kernel[0] * kernel[0], 1.0 / resolution
-    blocks = np.empty((len(points) + 1, 12))
-    last, k, total, squares, found = NOWHERE, 0, 0.0, 0.0, 0
-    h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = a0 = a1 = a2 = 0.0
+    placed, last, k, sums, quality = _placed((pose[0], pose[1], pose[2]), field, kernel), NOWHERE, 0, ZERO, (0.0, 0.0, 0)
+    blocks, flat = np.empty((len(points) + 1, 12)), _flat(field)
     for i in range(len(points)):
-        rx = c * points[np.uint32(i), 0] - s * points[np.uint32(i), 1]
-        ry = s * points[np.uint32(i), 0] + c * points[np.uint32(i), 1]
-        x, y = rx + pose[0], ry + pose[1]
-        if not (x >= 0.0 and y >= 0.0):
+        met = _meeting(points[np.uint32(i), 0], points[np.uint32(i), 1], placed, flat)
+        if met[0] == NOTHING:
             continue
-        col, row = np.int32(x * scale), np.int32(y * scale)
-        if row >= height or col >= width:
-            continue
-        cell = cells[np.uint32(row * width + col)]
-        if cell < 0:
-            continue
-        index = np.uint32(5 * cell)
-        new, last = opens_block(last, x, y)
+        quality = _judged(quality, met, placed)
+        new, last = opens_block(last, met[1] + pose[0], met[2] + pose[1])
         if new:
-            close_block(blocks, k, (h00, h01, h02, h11, h12, h22, g0, g1, g2, a0, a1, a2))
-            k += 1
-            h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = a0 = a1 = a2 = 0.0
-        dx, dy = x - flat[np.uint32(index + X)], y - flat[np.uint32(index + Y)]
-        if flat[np.uint32(index + FLATNESS)] > 0.0:
-            nx, ny = flat[np.uint32(index + NORMAL_X)], flat[np.uint32(index + NORMAL_Y)]
-            behind = flat[np.uint32(index + FLATNESS)] == ONE_SIDED and nx * rx + ny * ry > 0.0
-            if nx * rx + ny * ry < 0.0:
-                nx, ny = -nx, -ny
-            d = nx * dx + ny * dy
-            found += d * d < k2
-            if behind:
-                continue  # the other face of this wall
-            w = k2 / (k2 + d * d)
-            w *= w
-            turn = ny * rx - nx * ry
-            wx, wy, wt = w * nx, w * ny, w * turn
-            h00, h01, h02 = h00 + wx * nx, h01 + wx * ny, h02 + wx * turn
-            h11, h12, h22 = h11 + wy * ny, h12 + wy * turn, h22 + wt * turn
-            g0, g1, g2 = g0 + wx * d, g1 + wy * d, g2 + wt * d
-            a0, a1, a2 = a0 + wx, a1 + wy, a2 + wt
-            total += w
-            squares += w * d * d
-        else:
-            d2 = dx * dx + dy * dy
-            found += d2 < k2
-            w = k2 / (k2 + d2)
-            w *= w * kernel[1]
-            h00, h02, h11, h12 = h00 + w, h02 - w * ry, h11 + w, h12 + w * rx
-            h22 += w * (rx * rx + ry * ry)
-            g0, g1, g2 = g0 + w * dx, g1 + w * dy, g2 + w * (dy * rx - dx * ry)
-            a0, a1, a2 = a0 + w, a1 + w, a2 + w * (rx - ry)
-    close_block(blocks, k, (h00, h01, h02, h11, h12, h22, g0, g1, g2, a0, a1, a2))
-    rms = np.sqrt(squares / total) if total > 0.0 else 0.0
-    return blocks[:k], rms, found / max(len(points), 1)
+            close_block(blocks, k, sums)
+            k, sums = k + 1, ZERO
+        if met[0] > BEHIND:
+            sums = _added(sums, met)
+    close_block(blocks, k, sums)
+    total, squares, found = quality
+    return blocks[:k], np.sqrt(squares / total) if total > 0.0 else 0.0, found / max(len(points), 1)
 
 
 @njit
@@ -259,66 +216,80 @@ def normal_equations(
     kernel: tuple[float, float],
     H: NDArray[np.float64],
     g: NDArray[np.float64],
-) -> tuple[float, float]:
-    """Normal equations of every n-th point: writes H = n sum w J^T J, g = n sum w J^T d; returns RMS residual, share within the kernel."""
+) -> None:
+    """Normal equations of every n-th point: writes H = n sum w J^T J, g = n sum w J^T d."""
     points, stride = beams
-    nearest, surfaces, resolution = field
-    height, width = nearest.shape
-    cells, flat = nearest.reshape(-1), surfaces.reshape(-1)
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    k2, scale = kernel[0] * kernel[0], 1.0 / resolution
-    h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = 0.0
-    total, squares, found = 0.0, 0.0, 0
+    placed, flat, sums = _placed((pose[0], pose[1], pose[2]), field, kernel), _flat(field), ZERO
     for i in range(0, len(points), stride):
-        rx = c * points[np.uint32(i), 0] - s * points[np.uint32(i), 1]
-        ry = s * points[np.uint32(i), 0] + c * points[np.uint32(i), 1]
-        x, y = rx + pose[0], ry + pose[1]
-        if not (x >= 0.0 and y >= 0.0):
-            continue
-        col, row = np.int32(x * scale), np.int32(y * scale)
-        if row >= height or col >= width:
-            continue
-        cell = cells[np.uint32(row * width + col)]
-        if cell < 0:
-            continue
-        index = np.uint32(5 * cell)
-        dx, dy = x - flat[np.uint32(index + X)], y - flat[np.uint32(index + Y)]
-        if flat[np.uint32(index + FLATNESS)] > 0.0:
-            nx, ny = flat[np.uint32(index + NORMAL_X)], flat[np.uint32(index + NORMAL_Y)]
-            d = nx * dx + ny * dy
-            found += d * d < k2
-            if flat[np.uint32(index + FLATNESS)] == ONE_SIDED and nx * rx + ny * ry > 0.0:
-                continue  # the other face of this wall
-            w = k2 / (k2 + d * d)
-            w *= w  # Geman-McClure
-            turn = ny * rx - nx * ry
-            h00 += w * nx * nx
-            h01 += w * nx * ny
-            h11 += w * ny * ny
-            h02 += w * nx * turn
-            h12 += w * ny * turn
-            h22 += w * turn * turn
-            g0 += w * nx * d
-            g1 += w * ny * d
-            g2 += w * turn * d
-            total += w
-            squares += w * d * d
-        else:
-            d2 = dx * dx + dy * dy
-            found += d2 < k2
-            w = k2 / (k2 + d2)
-            w *= w * kernel[1]
-            h00 += w
-            h11 += w
-            h02 -= w * ry
-            h12 += w * rx
-            h22 += w * (rx * rx + ry * ry)
-            g0 += w * dx
-            g1 += w * dy
-            g2 += w * (dy * rx - dx * ry)
-    H[0, 0], H[0, 1], H[0, 2] = stride * h00, stride * h01, stride * h02
-    H[1, 0], H[1, 1], H[1, 2] = stride * h01, stride * h11, stride * h12
-    H[2, 0], H[2, 1], H[2, 2] = stride * h02, stride * h12, stride * h22
-    g[0], g[1], g[2] = stride * g0, stride * g1, stride * g2
-    rms = np.sqrt(squares / total) if total > 0.0 else 0.0
-    return rms, stride * found / max(len(points), 1)
+        met = _meeting(points[np.uint32(i), 0], points[np.uint32(i), 1], placed, flat)
+        if met[0] > BEHIND:
+            sums = _added(sums, met)
+    H[0, 0], H[0, 1], H[0, 2] = stride * sums[H00], stride * sums[H01], stride * sums[H02]
+    H[1, 0], H[1, 1], H[1, 2] = H[0, 1], stride * sums[H11], stride * sums[H12]
+    H[2, 0], H[2, 1], H[2, 2] = H[0, 2], H[1, 2], stride * sums[H22]
+    g[0], g[1], g[2] = stride * sums[S0], stride * sums[S1], stride * sums[S2]
+
+
+@inlined
+def _flat(field: Field) -> Flat:
+    nearest, surfaces, _ = field
+    return nearest.reshape(-1), surfaces.reshape(-1), nearest.shape[0], nearest.shape[1]
+
+
+@inlined
+def _placed(pose: tuple[float, float, float], field: Field, kernel: tuple[float, float]) -> Placed:
+    return pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2]), 1.0 / field[2], kernel[0] * kernel[0], kernel[1]
+
+
+@inlined
+def _meeting(px: float, py: float, placed: Placed, field: Flat) -> Meeting:
+    """The surface nearest to a point of the robot's frame."""
+    x0, y0, c, s, scale, k2, lone = placed
+    cells, flat, height, width = field
+    rx, ry = c * px - s * py, s * px + c * py
+    x, y = rx + x0, ry + y0
+    if not (x >= 0.0 and y >= 0.0):
+        return NO_MEETING
+    col, row = np.int32(x * scale), np.int32(y * scale)
+    if row >= height or col >= width:
+        return NO_MEETING
+    cell = cells[np.uint32(row * width + col)]
+    if cell < 0:
+        return NO_MEETING
+    at = np.uint32(5 * cell)
+    dx, dy, flatness = x - flat[np.uint32(at + X)], y - flat[np.uint32(at + Y)], flat[np.uint32(at + FLATNESS)]
+    if flatness == 0.0:
+        w = k2 / (k2 + dx * dx + dy * dy)
+        return LONE, rx, ry, dx, dy, 0.0, 0.0, w * w * lone
+    nx, ny = float(flat[np.uint32(at + NORMAL_X)]), float(flat[np.uint32(at + NORMAL_Y)])
+    away, d = nx * rx + ny * ry, nx * dx + ny * dy
+    kind = BEHIND if flatness == ONE_SIDED and away > 0.0 else LINE
+    w = k2 / (k2 + d * d)
+    side = -1.0 if away < 0.0 else 1.0
+    return kind, rx, ry, d * nx, d * ny, side * nx, side * ny, w * w
+
+
+@inlined
+def _added(sums: Sums, met: Meeting) -> Sums:
+    """A block's sums with one point more."""
+    kind, rx, ry, dx, dy, nx, ny, w = met
+    h00, h01, h02, h11, h12, h22, g0, g1, g2, a0, a1, a2 = sums
+    g0, g1, g2 = g0 + w * dx, g1 + w * dy, g2 + w * (dy * rx - dx * ry)
+    if kind == LINE:
+        turn = ny * rx - nx * ry
+        wx, wy, wt = w * nx, w * ny, w * turn
+        h00, h01, h02, h11, h12, h22 = h00 + wx * nx, h01 + wx * ny, h02 + wx * turn, h11 + wy * ny, h12 + wy * turn, h22 + wt * turn
+        a0, a1, a2 = a0 + wx, a1 + wy, a2 + wt
+    else:
+        h00, h02, h11, h12, h22 = h00 + w, h02 - w * ry, h11 + w, h12 + w * rx, h22 + w * (rx * rx + ry * ry)
+        a0, a1, a2 = a0 + w, a1 + w, a2 + w * (rx - ry)
+    return h00, h01, h02, h11, h12, h22, g0, g1, g2, a0, a1, a2
+
+
+@inlined
+def _judged(quality: tuple[float, float, int], met: Meeting, placed: Placed) -> tuple[float, float, int]:
+    """Sum of the weights of the points on lines, of their weighed squares, and how many points are within the kernel of anything."""
+    total, squares, found = quality
+    d2 = met[3] * met[3] + met[4] * met[4]
+    w = met[7] if met[0] == LINE else 0.0
+    return total + w, squares + w * d2, found + (d2 < placed[5])

@@ -211,13 +211,25 @@ def usable(slope: Floats, reach: float) -> Floats:
     for i in range(3):
         for j in range(3):
             S[i, j] = 0.5 * (slope[i, j] + slope[j, i]) * scale[i] * scale[j]
-    values, vectors = np.linalg.eigh(S)
+    if not _positive(S):
+        values, vectors = np.linalg.eigh(S)
+        for i in range(3):
+            for j in range(3):
+                S[i, j] = 0.0
+                for k in range(3):
+                    S[i, j] += max(values[k], 0.0) * vectors[i, k] * vectors[j, k]
     for i in range(3):
         for j in range(3):
-            S[i, j] = 0.0
-            for k in range(3):
-                S[i, j] += max(values[k], 0.0) * vectors[i, k] * vectors[j, k] / (scale[i] * scale[j])
+            S[i, j] /= scale[i] * scale[j]
     return S
+
+
+@njit
+def _positive(S: Floats) -> bool:
+    """Whether a symmetric matrix (3, 3) has positive eigenvalues only, by Sylvester's criterion: much sooner known than they are."""
+    minor = S[0, 0] * S[1, 1] - S[0, 1] * S[0, 1]
+    rest = S[2, 2] * minor - S[0, 0] * S[1, 2] * S[1, 2] - S[1, 1] * S[0, 2] * S[0, 2] + 2.0 * S[0, 1] * S[1, 2] * S[0, 2]
+    return S[0, 0] > 0.0 and minor > 0.0 and rest > 0.0
 
 
 @njit
