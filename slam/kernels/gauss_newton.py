@@ -36,7 +36,7 @@ COARSE, SLOPE = 100, 75
 """At least so many points, evenly spread, show the way and measure the slope; all of them are asked at the end."""
 STEP = 0.02
 """Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
-ZERO = (0.0,) * 12
+ZERO = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Sums of no point."""
 NOTHING, BEHIND, LONE, LINE = range(4)
 """What a point meets: nothing near, the other face of a wall, a lone point, a line."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import njit
+from slam.kernels.jit import contracted, njit
+from slam.kernels.rays import direction
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, X, Y
 
 BLOCK = 256
@@ -53,10 +54,10 @@ def distances(
                 table[row + 1, col + 1] = np.hypot(dx, dy)
 
 
-@njit
+@contracted
 def weigh(
     poses: NDArray[np.float64],
-    heading: NDArray[np.float64],
+    frame: NDArray[np.float64],
     points: NDArray[np.float32],
     weights: NDArray[np.float32],
     table: NDArray[np.uint16],
@@ -68,8 +69,8 @@ def weigh(
     Beams outside, particles inside: sums of different particles do not wait for each other.
 
     Args:
-        poses: (N, 3) x, y [m], yaw in the table's frame: the corner of the cell within its border is the origin.
-        heading: (2, N) their cosines and sines.
+        poses: (N, 3) T_map_base: x, y [m], yaw [rad].
+        frame: (3,) T_map_table; its origin is the corner of the first cell within the border.
         points: (M, 2) in base [m].
         weights: (M,) how much each point counts.
         table: (H, W) likelihoods as steps below the best one, with a border that stands for everything outside.
@@ -79,13 +80,15 @@ def weigh(
     cells, per_metre = table.reshape(-1), np.float32(1.0 / scale[0])
     stride, right, top, zero = np.int32(table.shape[1]), np.int32(table.shape[1] - 1), np.int32(table.shape[0] - 1), np.int32(0)
     x, y, c, s = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    c0, s0 = direction(frame[2])
     index, sums = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.float32)
     for start in range(0, len(poses), BLOCK):
         size = min(BLOCK, len(poses) - start)
         for k in range(size):
-            x[k], y[k] = poses[start + k, 0] * per_metre + 1.0, poses[start + k, 1] * per_metre + 1.0
-            c[k], s[k] = heading[0, start + k] * per_metre, heading[1, start + k] * per_metre
-            sums[k] = 0.0
+            dx, dy = poses[start + k, 0] - frame[0], poses[start + k, 1] - frame[1]
+            cos, sin = direction(poses[start + k, 2] - frame[2])
+            x[k], y[k] = (c0 * dx + s0 * dy) * per_metre + 1.0, (c0 * dy - s0 * dx) * per_metre + 1.0
+            c[k], s[k], sums[k] = cos * per_metre, sin * per_metre, 0.0
         for i in range(len(points)):
             px, py, weight = points[i, 0], points[i, 1], weights[i]
             for k in range(size):

@@ -28,17 +28,12 @@ def moments(
         k, w = labels[n], weights[n]
         if first[k] < 0:
             first[k] = n
-        start = poses[first[k]]
+        start = first[k]
+        dx, dy, turn = poses[n, 0] - poses[start, 0], poses[n, 1] - poses[start, 1], _turn(poses[n, 2] - poses[start, 2])
         shares[k] += w
-        means[k, 0] += w * (poses[n, 0] - start[0])
-        means[k, 1] += w * (poses[n, 1] - start[1])
-        means[k, 2] += w * _turn(poses[n, 2] - start[2])
-    for k in range(count):
-        for i in range(3):
-            means[k, i] = poses[max(first[k], 0), i] + means[k, i] / shares[k]
-    for n in range(len(poses)):
-        k, w = labels[n], weights[n]
-        dx, dy, turn = poses[n, 0] - means[k, 0], poses[n, 1] - means[k, 1], _turn(poses[n, 2] - means[k, 2])
+        means[k, 0] += w * dx
+        means[k, 1] += w * dy
+        means[k, 2] += w * turn
         covariances[k, 0, 0] += w * dx * dx
         covariances[k, 0, 1] += w * dx * dy
         covariances[k, 0, 2] += w * dx * turn
@@ -46,9 +41,11 @@ def moments(
         covariances[k, 1, 2] += w * dy * turn
         covariances[k, 2, 2] += w * turn * turn
     for k in range(count):
+        off = means[k] / shares[k]
         for i in range(3):
+            means[k, i] = poses[max(first[k], 0), i] + off[i]
             for j in range(i, 3):
-                covariances[k, i, j] /= shares[k]
+                covariances[k, i, j] = covariances[k, i, j] / shares[k] - off[i] * off[j]
                 covariances[k, j, i] = covariances[k, i, j]
     return shares, means, covariances
 

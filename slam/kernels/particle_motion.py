@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.rays import directions
+from slam.kernels.rays import direction
 
 
 @njit
@@ -29,13 +29,11 @@ def move_by_odometry(
     """
     moved = np.empty_like(poses)
     for n in range(len(poses)):
-        moved[n, 2] = poses[n, 2] + step[0] + deviations[0] * normals[n, 0]
-    heading = directions(moved)
-    for n in range(len(poses)):
+        yaw = poses[n, 2] + step[0] + deviations[0] * normals[n, 0]
+        c, s = direction(yaw)
         way = step[1] + deviations[1] * normals[n, 1]
-        moved[n, 0] = poses[n, 0] + way * heading[0, n]
-        moved[n, 1] = poses[n, 1] + way * heading[1, n]
-        moved[n, 2] = _wrapped(moved[n, 2] + step[2] + deviations[2] * normals[n, 2])
+        moved[n, 0], moved[n, 1] = poses[n, 0] + way * c, poses[n, 1] + way * s
+        moved[n, 2] = _wrapped(yaw + step[2] + deviations[2] * normals[n, 2])
     return moved
 
 
@@ -59,14 +57,11 @@ def move_by_velocity(
     dt = motion[2]
     moved = np.empty_like(poses)
     for n in range(len(poses)):
-        moved[n, 2] = poses[n, 2] + 0.5 * dt * (motion[1] + deviations[1] * normals[n, 1])
-    heading = directions(moved)
-    for n in range(len(poses)):
-        half = moved[n, 2] - poses[n, 2]
+        half = 0.5 * dt * (motion[1] + deviations[1] * normals[n, 1])
+        c, s = direction(poses[n, 2] + half)
         chord = dt * (motion[0] + deviations[0] * normals[n, 0]) * _sinc(half)
-        moved[n, 0] = poses[n, 0] + chord * heading[0, n]
-        moved[n, 1] = poses[n, 1] + chord * heading[1, n]
-        moved[n, 2] = _wrapped(moved[n, 2] + half + dt * deviations[2] * normals[n, 2])
+        moved[n, 0], moved[n, 1] = poses[n, 0] + chord * c, poses[n, 1] + chord * s
+        moved[n, 2] = _wrapped(poses[n, 2] + 2.0 * half + dt * deviations[2] * normals[n, 2])
     return moved
 
 

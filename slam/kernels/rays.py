@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 LARGEST = 255
 
@@ -86,21 +86,26 @@ def cast(squares: NDArray[np.uint8], rays: NDArray[np.float64], resolution: floa
 
 @njit
 def directions(rays: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cosine and sine (2, N) of the rays' headings by their series about the nearest quarter turn, right to 1e-13.
+    """Cosine and sine (2, N) of the rays' headings."""
+    found = np.empty((2, len(rays)))
+    for i in range(len(rays)):
+        found[0, i], found[1, i] = direction(rays[i, 2])
+    return found
+
+
+@inlined
+def direction(yaw: float) -> tuple[float, float]:
+    """Cosine and sine by their series about the nearest quarter turn, right to 1e-13.
 
     Without a branch, so that the compiler takes several at once: a sixth of the time of the library's.
     """
-    found = np.empty((2, len(rays)))
-    for i in range(len(rays)):
-        quarters = np.floor(rays[i, 2] * (2.0 / np.pi) + 0.5)
-        a = rays[i, 2] - quarters * (0.5 * np.pi)
-        b = a * a
-        s = a * (1 + b * (-1 / 6 + b * (1 / 120 + b * (-1 / 5040 + b * (1 / 362880 + b * (-1 / 39916800 + b * (1 / 6227020800)))))))
-        c = 1 + b * (
-            -1 / 2 + b * (1 / 24 + b * (-1 / 720 + b * (1 / 40320 + b * (-1 / 3628800 + b * (1 / 479001600 - b * (1 / 87178291200))))))
-        )
-        halves = np.floor(0.5 * quarters)
-        odd, sign = quarters - 2.0 * halves, 1.0 - 2.0 * (halves - 2.0 * np.floor(0.5 * halves))
-        found[0, i] = sign * ((1.0 - odd) * c - odd * s)
-        found[1, i] = sign * ((1.0 - odd) * s + odd * c)
-    return found
+    quarters = np.floor(yaw * (2.0 / np.pi) + 0.5)
+    a = yaw - quarters * (0.5 * np.pi)
+    b = a * a
+    s = a * (1 + b * (-1 / 6 + b * (1 / 120 + b * (-1 / 5040 + b * (1 / 362880 + b * (-1 / 39916800 + b * (1 / 6227020800)))))))
+    c = 1 + b * (
+        -1 / 2 + b * (1 / 24 + b * (-1 / 720 + b * (1 / 40320 + b * (-1 / 3628800 + b * (1 / 479001600 - b * (1 / 87178291200))))))
+    )
+    halves = np.floor(0.5 * quarters)
+    odd, sign = quarters - 2.0 * halves, 1.0 - 2.0 * (halves - 2.0 * np.floor(0.5 * halves))
+    return sign * ((1.0 - odd) * c - odd * s), sign * ((1.0 - odd) * s + odd * c)

@@ -19,12 +19,12 @@ def systematic(weights: NDArray[np.float64], offset: float, count: int) -> NDArr
     """
     parents = np.empty(count, np.int64)
     total = weights.sum()
-    step, last = total / count, len(weights) - 1
-    i, reached = 0, weights[0]
+    passed, reached = np.zeros(count + 1, np.int64), 0.0
+    for i in range(len(weights) - 1):  # no branch that depends on the weights: a wrong guess of the processor costs as much as ten steps
+        reached += weights[i]
+        passed[min(max(int(np.ceil(reached * (count / total) - offset)), 0), count)] += 1
+    i = 0
     for k in range(count):
-        wanted = (k + offset) * step
-        while reached <= wanted and i < last:
-            i += 1
-            reached += weights[i]
+        i += passed[k]
         parents[k] = i
     return parents

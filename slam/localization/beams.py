@@ -16,7 +16,7 @@ def evenly(cloud: PointScan, beams: int) -> PointScan:
     if beams <= 0 or beams >= len(cloud.points):
         return cloud
     chosen = (2 * np.arange(beams) + 1) * len(cloud.points) // (2 * beams)
-    return PointScan(cloud.stamp, np.ascontiguousarray(cloud.points[chosen]), np.ascontiguousarray(cloud.origins[chosen]))
+    return PointScan(cloud.stamp, cloud.points.take(chosen, axis=0), cloud.origins.take(chosen, axis=0))
 
 
 def one_opinion_each(points: FloatArray, patch: float) -> FloatArray:
@@ -27,5 +27,7 @@ def one_opinion_each(points: FloatArray, patch: float) -> FloatArray:
     """
     if patch <= 0.0 or len(points) == 0:
         return np.ones(len(points))
-    which, squares = fill(np.column_stack([points, np.zeros(len(points))]), (patch, math.tau))
+    places = np.zeros((len(points), 3))
+    places[:, :2] = points
+    which, squares = fill(places, (patch, math.tau))
     return 1.0 / np.bincount(which, minlength=len(squares))[which]

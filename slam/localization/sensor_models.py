@@ -11,8 +11,6 @@ from scipy.ndimage import distance_transform_edt
 
 from slam.errors import ParameterError, require_not_negative, require_positive
 from slam.kernels import likelihood_field as kernels
-from slam.kernels.particle_motion import in_frame
-from slam.kernels.rays import directions
 from slam.localization.known_map import KnownMap
 from slam.scans import PointScan
 from slam.se2 import FloatArray
@@ -93,9 +91,8 @@ class FieldTable:
 
     def log(self, poses: FloatArray, cloud: PointScan, weights: FloatArray) -> FloatArray:
         """See `Likelihood`."""
-        seen, log_likelihoods = in_frame(poses, self.frame), np.empty(len(poses))
-        ends, shares = cloud.points.astype(np.float32), weights.astype(np.float32)
-        kernels.weigh(seen, directions(seen), ends, shares, self.levels, self.scale, log_likelihoods)
+        ends, shares, log_likelihoods = cloud.points.astype(np.float32), weights.astype(np.float32), np.empty(len(poses))
+        kernels.weigh(poses, self.frame, ends, shares, self.levels, self.scale, log_likelihoods)
         return log_likelihoods
 
 
