@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import deskew as kernels
 from slam.kernels import veils
@@ -64,10 +62,6 @@ def deskew(scan: LaserScan, odometry: Trajectory) -> PointScan:
         scan: as measured.
         odometry: T_odom_base around the sweep; held beyond its ends, no motion when empty.
     """
-    R = scan.T_base_laser.R
-    directions = np.outer(np.cos(scan.angles), R[:, 0]) + np.outer(np.sin(scan.angles), R[:, 1])
-    poses = odometry.poses.copy()
-    poses[:, 2] = np.unwrap(poses[:, 2])
-    limits, times = (scan.range_min, scan.range_max), (scan.stamp, scan.time_increment)
-    points, origins = kernels.deskew(scan.ranges, directions, limits, times, (odometry.stamps, poses), scan.T_base_laser.t)
+    limits, times, mount = (scan.range_min, scan.range_max), (scan.stamp, scan.time_increment), scan.T_base_laser
+    points, origins = kernels.deskew(scan.ranges, scan.angles, limits, times, (odometry.stamps, odometry.poses), (mount.R, mount.t))
     return PointScan(scan.stamp, points, origins)

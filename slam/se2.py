@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+_set = object.__setattr__
 
 
 def wrap_angle(angle: float) -> float:
@@ -17,7 +18,7 @@ def wrap_angle(angle: float) -> float:
     return math.pi if wrapped == -math.pi else wrapped
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, init=False)
 class SE2:
     """A planar pose or transform: translation [m] and heading in (-pi, pi] [rad].
 
@@ -25,14 +26,15 @@ class SE2:
     estimation in robotics" (2018), appendix B.
     """
 
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
+    x: float
+    y: float
+    yaw: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "x", float(self.x))
-        object.__setattr__(self, "y", float(self.y))
-        object.__setattr__(self, "yaw", wrap_angle(float(self.yaw)))
+    def __init__(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> None:
+        """The heading is wrapped. Written out, for a dataclass takes twice as long, and poses are made thousands of times a second."""
+        _set(self, "x", float(x))
+        _set(self, "y", float(y))
+        _set(self, "yaw", float(yaw) if -math.pi < yaw <= math.pi else wrap_angle(float(yaw)))
 
     def __matmul__(self, other: SE2) -> SE2:
         """Compose: `T_a_c = T_a_b @ T_b_c`."""

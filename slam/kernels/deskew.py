@@ -6,16 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
+from slam.kernels.rays import direction
 
 
 @njit
 def deskew(
     ranges: NDArray[np.float64],
-    directions: NDArray[np.float64],
+    angles: NDArray[np.float64],
     limits: tuple[float, float],
     times: tuple[float, float],
     samples: tuple[NDArray[np.float64], NDArray[np.float64]],
-    mount: NDArray[np.float64],
+    mount: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points and their origins (M, 2) [m] in base at the first beam's time.
 
@@ -23,18 +24,19 @@ def deskew(
 
     Args:
         ranges: (N,) [m]; beams that are not finite or outside `limits` are left out.
-        directions: (N, 3) unit vectors of the beams, turned into base axes.
+        angles: (N,) of the beams in the laser's frame [rad].
         limits: nearest and farthest range to use [m].
         times: time of the first beam and time from beam to beam [s].
-        samples: stamps (K,) [s] and poses (K, 3) of T_odom_base with continuous yaw; linear between, held beyond the ends.
-        mount: (3,) position of the laser in base [m].
+        samples: stamps (K,) [s] and poses (K, 3) of T_odom_base; linear between, the short way round, held beyond the ends.
+        mount: rotation (3, 3) and position (3,) of the laser in base [m].
     """
     stamps, poses = samples
+    R, laser = mount
     points, origins = np.empty((len(ranges), 2)), np.empty((len(ranges), 2))
     count, k = 0, 0
     t0, dt = times
     x0, y0, yaw0 = _pose_at(t0, stamps, poses, 0)
-    c0, s0 = np.cos(yaw0), np.sin(yaw0)
+    c0, s0 = direction(yaw0)
     for i in range(len(ranges)):
         r = ranges[i]
         if not (np.isfinite(r) and limits[0] <= r <= limits[1]):
@@ -44,10 +46,11 @@ def deskew(
             k += 1
         x, y, yaw = _pose_at(t, stamps, poses, k)
         dx, dy = c0 * (x - x0) + s0 * (y - y0), c0 * (y - y0) - s0 * (x - x0)
-        c, s = np.cos(yaw - yaw0), np.sin(yaw - yaw0)
-        origins[count, 0] = dx + c * mount[0] - s * mount[1]
-        origins[count, 1] = dy + s * mount[0] + c * mount[1]
-        bx, by = r * directions[i, 0], r * directions[i, 1]
+        c, s = direction(yaw - yaw0)
+        origins[count, 0] = dx + c * laser[0] - s * laser[1]
+        origins[count, 1] = dy + s * laser[0] + c * laser[1]
+        along, across = direction(angles[i])
+        bx, by = r * (along * R[0, 0] + across * R[0, 1]), r * (along * R[1, 0] + across * R[1, 1])
         points[count, 0] = origins[count, 0] + c * bx - s * by
         points[count, 1] = origins[count, 1] + s * bx + c * by
         count += 1
@@ -67,4 +70,6 @@ def _pose_at(t: float, stamps: NDArray[np.float64], poses: NDArray[np.float64], 
     span = stamps[k + 1] - stamps[k]
     f = min((t - stamps[k]) / span, 1.0) if span > 0.0 else 1.0
     a, b = poses[k], poses[k + 1]
-    return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), a[2] + f * (b[2] - a[2])
+    turn = b[2] - a[2]
+    turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi) + 0.5)
+    return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), a[2] + f * turn

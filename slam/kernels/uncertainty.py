@@ -28,6 +28,19 @@ def turned(covariance: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
 
 
 @njit
+def propagated(
+    covariance: NDArray[np.float64], yaw: float, way: tuple[float, float], variances: tuple[float, float]
+) -> NDArray[np.float64]:
+    """The covariance (3, 3) of a pose in the map, after a step by `way` in its own axes [m] with variances of the way and of the turn."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    whole = _enclosed(covariance, 1.0, 0.0, -c * way[1] - s * way[0], c * way[0] - s * way[1])
+    whole[0, 0] += variances[0]
+    whole[1, 1] += variances[0]
+    whole[2, 2] += variances[1]
+    return whole
+
+
+@njit
 def _enclosed(A: NDArray[np.float64], c: float, s: float, u: float, v: float) -> NDArray[np.float64]:
     """F A F^T (3, 3) with F = [[c, -s, u], [s, c, v], [0, 0, 1]]."""
     F = np.array([[c, -s, u], [s, c, v], [0.0, 0.0, 1.0]])

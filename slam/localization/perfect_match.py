@@ -138,7 +138,6 @@ class PerfectMatchPipeline:
         last, noise = self._ego.T_map_base, self._settings.noise
         guess = last @ step
         of_step = noise.with_floor(step) * self._inflation + (0.0 if by_wheels else DRIFTING)
-        of_step[:2, :2] = guess.rotation() @ of_step[:2, :2] @ guess.rotation().T
         in_all = noise.propagate(self._covariance, last, step) + (0.0 if by_wheels else DRIFTING)
         return guess, (of_step if self._scans else in_all, in_all)
 

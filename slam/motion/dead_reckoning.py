@@ -57,7 +57,8 @@ class DeadReckoning:
         """Take in new readings, oldest first; those that are not finite are left out."""
         self._gyro.extend(reading for reading in imu if math.isfinite(reading.yaw_rate))
         for reading in odometry:
-            if np.isfinite(reading.T_odom_base.as_array()).all():
+            pose = reading.T_odom_base
+            if math.isfinite(pose.x + pose.y + pose.yaw):
                 self._step(reading)
         while len(self._history) > 2 and self._history[1][0] < self.newest - HISTORY:
             self._history.popleft()
@@ -77,10 +78,13 @@ class DeadReckoning:
 
     def window(self, since: float) -> Trajectory:
         """The kept poses from the last one before `since` [s] on."""
-        kept = [(stamp, pose) for stamp, pose in self._history if stamp >= since]
-        before = [(stamp, pose) for stamp, pose in self._history if stamp < since][-1:]
-        samples = before + kept
-        return Trajectory(np.array([stamp for stamp, _ in samples]), np.array([pose.as_array() for _, pose in samples]).reshape(-1, 3))
+        samples: list[tuple[float, float, float, float]] = []
+        for stamp, pose in reversed(self._history):
+            samples.append((stamp, pose.x, pose.y, pose.yaw))
+            if stamp < since:
+                break
+        rows = np.array(samples[::-1]).reshape(-1, 4)
+        return Trajectory(rows[:, 0], rows[:, 1:])
 
     def _carried_on(self, t: float) -> SE2:
         """The newest pose moved on to `t` [s] by the last step's twist, and turned by the gyro, which is heard more often."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from slam.errors import require_not_negative, require_positive
+from slam.kernels.uncertainty import propagated
 from slam.se2 import SE2, FloatArray
 
 
@@ -33,11 +35,9 @@ class MotionNoise:
         require_positive(self, "distance_floor", "yaw_floor")
 
     def covariance(self, increment: SE2) -> FloatArray:
-        """Covariance (3, 3) of a step (x, y, yaw) in the frame that the step starts from [m, rad]."""
-        distance = float(np.hypot(increment.x, increment.y))
-        along = self.distance_per_distance**2 * distance
-        turn = self.yaw_per_distance**2 * distance + self.yaw_per_yaw**2 * abs(increment.yaw)
-        return np.diag([along, along, turn])
+        """Covariance (3, 3) of a step (x, y, yaw) [m, rad]: the same in all axes, for it is as uncertain along as across."""
+        way, turn = self._variances(increment)
+        return np.diag([way, way, turn])
 
     def with_floor(self, increment: SE2) -> FloatArray:
         """Covariance (3, 3) of a step between two scans, whose matching is never better than the floor."""
@@ -45,9 +45,10 @@ class MotionNoise:
 
     def propagate(self, covariance: FloatArray, T_map_base: SE2, increment: SE2) -> FloatArray:
         """Covariance (3, 3), in the map frame, of `T_map_base @ increment`."""
-        R = T_map_base.rotation()
-        F = np.eye(3)
-        F[:2, 2] = R @ np.array([-increment.y, increment.x])
-        step = self.covariance(increment)
-        step[:2, :2] = R @ step[:2, :2] @ R.T
-        return F @ covariance @ F.T + step
+        return propagated(covariance, T_map_base.yaw, (increment.x, increment.y), self._variances(increment))
+
+    def _variances(self, increment: SE2) -> tuple[float, float]:
+        """Of the way, along it as across [m^2], and of the turn [rad^2]."""
+        distance = math.hypot(increment.x, increment.y)
+        turn = self.yaw_per_distance**2 * distance + self.yaw_per_yaw**2 * abs(increment.yaw)
+        return self.distance_per_distance**2 * distance, turn
