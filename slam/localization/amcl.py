@@ -6,6 +6,7 @@ Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 8.3; KLD sampling (Fox
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -115,6 +116,7 @@ class AmclPipeline:
         self._mode = self._ego.T_map_base, self._covariance  # the best one, carried on to the newest scan
         self._carried = self._mode  # the estimate, likewise
         self._way, self._duration = SE2(), 0.0  # since the last update of the particles
+        self._step, self._reckoned = SE2(), SE2()  # to the newest scan, from the one before and from the first
         self._begun, self._blind = False, False
 
     def update(self, frame: SensorFrame) -> Estimate:
@@ -131,6 +133,7 @@ class AmclPipeline:
     def _take(self, scan: LaserScan) -> None:
         cloud, by_wheels, step = self._ego.points(scan), self._ego.wheels_cover(scan.stamp), self._ego.step(scan.stamp)
         before = self._ego.T_map_base
+        self._step, self._reckoned = step, self._reckoned @ step
         self._way, self._duration = self._way @ step, self._duration + max(self._ego.since(scan.stamp), 0.0)
         self._mode = self._mode[0] @ step, self._settings.noise.propagate(self._mode[1], self._mode[0], step)
         self._covariance = self._settings.noise.propagate(self._covariance, before, step)
@@ -138,6 +141,7 @@ class AmclPipeline:
         self._blind = len(cloud.points) < FEWEST
         pose, jumped = before @ step, False
         if not self._blind:
+            self._ladder.trust.follow(cloud.points, self._reckoned)
             pose, jumped = self._localise(scan, cloud, by_wheels)
         self._ego.settle(scan.stamp, pose, jumped)
         self._path.append(scan.stamp, pose)
@@ -146,21 +150,37 @@ class AmclPipeline:
         """The pose of a scan, and whether it is not where the one before leads to."""
         jumped = False
         if self._start_trouble and self._ladder.search(scan.stamp) == Rung.SEARCH:
-            jumped = self._search(scan, cloud, None)
+            jumped = self._begin(scan, cloud)
         if not self._begun or not by_wheels or self._settings.update.passes(SE2(), self._way):
             self._filter(scan, cloud, by_wheels)
         pose = self._polished(cloud)
         here = self._seen_at(pose, scan, cloud)
-        rung = self._ladder.judge(scan.stamp, here.explained, len(self._likely_modes()) > 1)
-        self._belief.doubtful = self._ladder.lost
-        if rung is Rung.EXPAND:
-            self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
-        elif rung is Rung.SEARCH and self._search(scan, cloud, here):
+        if self._recovered(scan, cloud, here):
             jumped = True
             pose = self._polished(cloud)
             here = self._seen_at(pose, scan, cloud)
         self._health = here.explained
         return pose, jumped
+
+    def _recovered(self, scan: LaserScan, cloud: PointScan, here: Hypothesis) -> bool:
+        """Climb the ladder; whether that has led to another place."""
+        ladder, search, seen = self._ladder, self._settings.recovery.search, (cloud.points, cloud.origins, _clear(scan))
+        rung = ladder.judge(scan.stamp, here.explained, self._step, len(self._likely_modes()) > 1)
+        if ladder.rivals.due(scan.stamp, self._reckoned):
+            found = search.follow(self._map, ladder.rivals.places(self._reckoned), *seen)
+            ladder.rivals.weigh(found, here, scan.stamp, self._reckoned)
+        places: list[Hypothesis] = []
+        if rung is Rung.SEARCH:
+            answer = search.search(self._map, *seen)
+            places = list(answer.hypotheses) if self._settled(answer) else []
+            ladder.rivals.meet(answer.hypotheses, here, scan.stamp, self._reckoned)
+        places = places or ladder.proven(here)
+        self._belief.doubtful = ladder.lost
+        if places:
+            self._take_up(places)
+        elif rung is Rung.SEARCH and ladder.lost:
+            self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
+        return bool(places)
 
     def _seen_at(self, pose: SE2, scan: LaserScan, cloud: PointScan) -> Hypothesis:
         """How well a pose explains a scan."""
@@ -193,25 +213,20 @@ class AmclPipeline:
         self._covariance = np.array(match.covariance) if found else self._mode[1]
         return match.T_target_source if found else self._mode[0]
 
-    def _search(self, scan: LaserScan, cloud: PointScan, here: Hypothesis | None) -> bool:
-        """Look for the scan in the whole map; whether it was found where it fits far better than here, or here alone."""
-        search = self._settings.recovery.search
-        answer = search.search(self._map, cloud.points, cloud.origins, _clear(scan))
-        least = 0.0 if self._start_trouble else self._settings.recovery.explained_min
-        places = [place for place in answer.hypotheses if place.explained >= least]
-        if not places:
-            return False
-        if here is not None and not self._settled(answer):
-            better = [place for place in places if place.score - here.score >= math.log(search.odds)]
-            places = self._ladder.confirmed(better, self._ego.motion.pose_at(scan.stamp))
-            if not places:
-                return False
+    def _begin(self, scan: LaserScan, cloud: PointScan) -> bool:
+        """Look for a robot whose start is not known in the whole map; whether there is anything like it."""
+        answer = self._settings.recovery.search.search(self._map, cloud.points, cloud.origins, _clear(scan))
+        if answer.hypotheses:
+            self._take_up(answer.hypotheses)
+            self._start_trouble = ""
+        return bool(answer.hypotheses)
+
+    def _take_up(self, places: Sequence[Hypothesis]) -> None:
+        """The robot is at one of these places."""
         self._belief.seed(places)
-        self._ladder.watch.forget()
-        self._start_trouble = ""
+        self._ladder.begin_anew()
         self._way, self._duration = SE2(), 0.0
         self._carried = self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
-        return True
 
     def _settled(self, answer: GlobalAnswer) -> bool:
         """Whether a search decides between the places that are possible."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -144,6 +145,27 @@ class GlobalSearch:
         logs, fits = self._explained(known_map, scan, T_map_base.as_array()[None])
         return Hypothesis(T_map_base, self._score(scan, logs[0]), np.zeros((3, 3)), float(fits.mean()))
 
+    def follow(
+        self,
+        known_map: KnownMap,
+        poses: Sequence[SE2],
+        points: FloatArray,
+        origins: FloatArray | None = None,
+        clear: FloatArray | None = None,
+    ) -> list[Hypothesis]:
+        """Places known from earlier scans, each refined on a new one and rated by it as `search` would; arguments as there."""
+        scan = whole_scan(points, origins, clear, self.beams)
+        if scan is None or not poses:
+            return [Hypothesis(pose, -math.inf, np.zeros((3, 3)), 0.0) for pose in poses]
+        starts = np.array([pose.as_array() for pose in poses])
+        refined, covariances, converged = self._matched(known_map, scan, starts)
+        refined = np.where(converged[:, None], refined, starts)
+        logs, fits = self._explained(known_map, scan, refined)
+        return [
+            Hypothesis(SE2.from_array(refined[i]), self._score(scan, logs[i]), covariances[i], float(fits[i].mean()))
+            for i in range(len(poses))
+        ]
+
     def _seen_from(self, panoramas: Panoramas, scan: WholeScan) -> FloatArray:
         """The likeliest poses (K, 3) of base on the lattice, in the map."""
         sectors = scan.sectors(BEARINGS)
@@ -157,7 +179,8 @@ class GlobalSearch:
 
     def _weighed(self, known_map: KnownMap, scan: WholeScan, starts: FloatArray) -> list[Hypothesis]:
         """The refined poses, each mode once, best first."""
-        poses, covariances = self._refined(known_map, scan, starts)
+        poses, covariances, converged = self._matched(known_map, scan, starts)
+        poses, covariances = poses[converged], covariances[converged]
         logs, fits = self._explained(known_map, scan, poses)
         scores = [self._score(scan, logs[i]) for i in range(len(logs))]
         hypotheses: list[Hypothesis] = []
@@ -173,15 +196,14 @@ class GlobalSearch:
         starts = np.concatenate([few, few + SHAKES * self.reach], axis=1).reshape(-1, 3)
         return self._weighed(known_map, scan, starts)
 
-    def _refined(self, known_map: KnownMap, scan: WholeScan, starts: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses (K, 3) and covariances (K, 3, 3) that Gauss-Newton makes of the starts (N, 3)."""
+    def _matched(self, known_map: KnownMap, scan: WholeScan, starts: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Poses (N, 3) and covariances (N, 3, 3) that Gauss-Newton makes of the starts (N, 3), and which converged."""
         m, surfaces = self.matcher, known_map.field
         settings = (m.iterations, self.reach, m.kernel_min, m.tolerance, m.shrink, m.lone_weight)
         noise = (m.residual_floor, m.correlated_beams, m.systematic)
         frame = surfaces.T_map_grid.as_array()
         field = (surfaces.nearest, surfaces.surfaces, surfaces.resolution)
-        poses, covariances, converged = evidence.refine(scan.points, starts, no_prior(), frame, field, settings, noise)
-        return poses[converged], covariances[converged]
+        return evidence.refine(scan.points, starts, no_prior(), frame, field, settings, noise)
 
     def _explained(self, known_map: KnownMap, scan: WholeScan, poses: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Log-likelihood (K, N) of the beams at poses (K, 3), and whether each is as it should be."""
