@@ -1,4 +1,4 @@
-"""The verb `twin experiment`: the source documents' experiments, repeated with ground truth."""
+"""The verb `twin experiment`: the source documents' experiments, repeated with ground truth, and trials of robustness."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 
 from scripts.errors import UsageError
 
-HELP = "repeat an experiment of the source documents with ground truth"
+HELP = "repeat an experiment of the source documents, or put localization to the test, with ground truth"
 
 EXPERIMENTS = {
     "icp": "document A: scan-to-scan ICP, ways to choose correspondences, compared on one drive",
@@ -16,6 +16,8 @@ EXPERIMENTS = {
     "disturbance": "document B: corridor and meeting room, before and after doors, furniture and people have changed them",
     "structured": "document C: the fixed tour through a structured world, and its badly mapped region A",
     "crowd": "document C: five people, region A moved, and both",
+    "kidnap": "robots that are carried away, and false alarms of robots that are not",
+    "furniture": "a share of the furniture moved, anew for every run: how often amcl is lost",
     "convergence": "document C: how the particles' spread falls after an uncertain start",
 }
 """name -> what it shows; each is one file in scripts/experiments."""

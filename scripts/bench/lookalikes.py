@@ -31,6 +31,8 @@ UNLIKE = 0.12
 """Share of the lattice's beams by which a place may differ and still be looked at closely."""
 CLOSEST = 48
 """Places that are looked at closely."""
+CHECKED = 8
+"""Beams after which is seen whether a place is out at all headings."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 FAR, TURNED = 0.5, math.radians(20.0)
 """Beyond this distance [m] or turn [rad] a pose is another one."""
@@ -175,20 +177,26 @@ def _spread(poses: FloatArray) -> FloatArray:
 def _compare(
     nearest: NDArray[np.float32], farthest: NDArray[np.float32], scan: tuple[NDArray[np.int64], FloatArray, FloatArray]
 ) -> NDArray[np.float32]:
-    """Share (K, B) of the beams that each place and heading does not explain; 1 as soon as it is far too many."""
+    """Share (K, B) of the beams that each place and heading does not explain; 1 as soon as it is far too many.
+
+    All headings of a place side by side, which is what a processor does well.
+    """
     bearings, ranges, tolerance = scan
-    most = 2 * int(UNLIKE * len(bearings)) // 2
+    count, turns = len(bearings), nearest.shape[1]
+    most = int(UNLIKE * count)
     shares = np.ones(nearest.shape, np.float32)
-    turns = nearest.shape[1]
+    near, far, missed = np.empty(2 * turns, np.float32), np.empty(2 * turns, np.float32), np.empty(turns, np.int32)
     for k in range(len(nearest)):
+        near[:turns], near[turns:], far[:turns], far[turns:] = nearest[k], nearest[k], farthest[k], farthest[k]
+        missed[:] = 0
+        for i in range(count):
+            here, there = near[bearings[i] : bearings[i] + turns], far[bearings[i] : bearings[i] + turns]
+            longest, shortest = np.float32(ranges[i] + tolerance[i]), np.float32(ranges[i] - tolerance[i])
+            for heading in range(turns):
+                missed[heading] += np.int32(here[heading] > longest) | np.int32(there[heading] < shortest)
+            if i % CHECKED == CHECKED - 1 and missed.min() > most:
+                break
         for heading in range(turns):
-            missed = 0
-            for i in range(len(bearings)):
-                at = (bearings[i] + heading) % turns
-                if ranges[i] < nearest[k, at] - tolerance[i] or ranges[i] > farthest[k, at] + tolerance[i]:
-                    missed += 1
-                    if missed > most:
-                        break
-            if missed <= most:
-                shares[k, heading] = missed / len(bearings)
+            if missed[heading] <= most:
+                shares[k, heading] = missed[heading] / count
     return shares
