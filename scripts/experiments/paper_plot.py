@@ -18,6 +18,7 @@ from scripts.runs.known_map import GivenMap
 
 SIZE_INCHES, DPI = (16.0, 9.0), 110
 COLOURS = ("#ee8a1d", "#1d5fd1", "#d6336c", "#7048e8", "#0b7285", "#5c940d", "#a61e4d", "#495057")
+LEGEND_COLUMNS = 6
 STYLES = ("-", "--", ":", "-.")
 ODOMETRY_SHOWN = 3.0
 """The axes of errors reach at most so many times as high as all other methods need, where odometry drifts away."""
@@ -39,7 +40,7 @@ def write_errors_png(path: Path, title: str, runs: Sequence[Run], given: GivenMa
     _draw_lines(panels["heading"], "heading error [deg]", runs, [np.degrees(np.abs(run.errors.yaw)) for run in runs])
     _draw_lines(panels["claimed"], "claimed deviation of the position [cm]", runs, [100.0 * run.deviations[:, 0] for run in runs])
     panels["claimed"].set_xlabel("time [s]", color=palette.MUTED)
-    panels["position"].legend(ncols=3, fontsize=9, frameon=False, loc="upper left")
+    figure.legend(*panels["position"].get_legend_handles_labels(), ncols=LEGEND_COLUMNS, frameon=False, loc="outside lower center")
     write_via(path, canvas.print_png)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from slam.messages import Estimate, SensorFrame, Status, Twist
-from slam.se2 import SE2, FloatArray
+from slam.navigation.safe_course import SafeCourse
+from slam.se2 import SE2, FloatArray, wrap_angle
 from slam.snapshot import Snapshot
 
 
@@ -29,7 +30,9 @@ class Tour:
     turn_above: float = 0.9
     """Bearing of the pursued point beyond which the robot turns on the spot [rad]."""
     look_around: float = 0.5
-    """Yaw rate at which the robot turns on the spot while it does not know where it is [rad/s]."""
+    """Yaw rate at which the robot turns once on the spot when it does not know where it is [rad/s]."""
+    astray: SafeCourse = field(default_factory=SafeCourse)
+    """How it drives on if that has not told it: a place that looks like another one must be left."""
 
     def build(self, route: FloatArray) -> TourPolicy:
         """Make the policy for waypoints (N, 2) [m] in the map."""
@@ -44,12 +47,30 @@ class TourPolicy:
         self._route = route
         self._corners = self._lengths = np.empty(0)  # the way to the first waypoint, then the round
         self._progress = 0.0
+        self._astray = settings.astray.build()
+        self._turned, self._heading = 0.0, 0.0  # while astray [rad], and odometry's heading then
 
     def __call__(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist:
-        """The next command; looks around while the pose is lost or one of several."""
-        if estimate.status in (Status.LOST, Status.AMBIGUOUS):
-            return Twist(0.0, self._settings.look_around)
-        return self.pursue(estimate.T_map_base)
+        """The next command; while the pose is lost or one of several, the robot looks around, then looks for other places."""
+        heading = estimate.T_map_odom.inverse().yaw + estimate.T_map_base.yaw
+        turn, self._heading = abs(wrap_angle(heading - self._heading)), heading
+        if estimate.status not in (Status.LOST, Status.AMBIGUOUS):
+            self._join(estimate.T_map_base)
+            return self.pursue(estimate.T_map_base)
+        self._turned += turn if self._turned else 1e-9
+        return Twist(0.0, self._settings.look_around) if self._turned < math.tau else self._astray(frame)
+
+    def _join(self, T_map_base: SE2) -> None:
+        """After having been astray, go on from the nearest leg of the route."""
+        if self._turned >= math.tau:
+            ends = np.roll(self._route, -1, axis=0)
+            legs = ends - self._route
+            base = np.array([T_map_base.x, T_map_base.y])
+            shares = np.sum((base - self._route) * legs, axis=1) / np.maximum(np.sum(legs * legs, axis=1), 1e-9)
+            nearest = self._route + np.clip(shares, 0.0, 1.0)[:, None] * legs
+            leg = int(np.argmin(np.hypot(*(nearest - base).T)))
+            self._route, self._corners, self._progress = np.roll(self._route, -(leg + 1), axis=0), np.empty(0), 0.0
+        self._turned = 0.0
 
     def pursue(self, T_map_base: SE2) -> Twist:
         """The command at a pose."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slam.grid import GridGeometry, OccupancyGrid
-from slam.messages import Estimate, SensorFrame, Status, Trajectory, Twist
+from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory, Twist
 from slam.navigation.tour import Tour, TourPolicy
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
@@ -85,3 +85,26 @@ def test_a_route_shorter_than_the_look_ahead_ends_in_a_command(route: list[tuple
     path = drive(Tour().build(np.array(route)), SE2(), 10.0)
     assert np.isfinite(path).all()
     assert np.abs(path).max() < 1.5
+
+
+def astray(policy: TourPolicy, turns: float) -> Twist:
+    """The last command to a robot that has turned so often without learning where it is."""
+    for yaw in np.arange(0.0, turns * math.tau, 0.1):
+        twist = command(policy, SE2(0.0, 0.0, math.remainder(float(yaw), math.tau)), Status.AMBIGUOUS)
+    return twist
+
+
+def test_a_place_that_looks_like_another_one_is_left_after_one_turn() -> None:
+    assert astray(Tour().build(SQUARE), 0.9) == Twist(0.0, Tour().look_around)
+    scan = LaserScan(0.0, np.full(90, 4.0), np.linspace(-2.0, 2.0, 90), 0.0, 0.0, 5.6)
+    policy = Tour().build(SQUARE)
+    astray(policy, 1.1)
+    twist = policy(SensorFrame(0.0, scans=(scan,)), Estimate(0.0, SE2(), SE2(), np.eye(3), Status.AMBIGUOUS), SNAPSHOT)
+    assert twist.v > 0.0
+
+
+def test_a_robot_that_was_astray_goes_on_from_the_nearest_leg() -> None:
+    policy = Tour().build(SQUARE)
+    astray(policy, 1.1)
+    assert abs(command(policy, SE2(1.5, 2.0, math.pi)).omega) < 0.1
+    assert command(policy, SE2(1.5, 2.0, math.pi)).v > 0.2
