@@ -5,6 +5,7 @@ Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 8.3; KLD sampling (Fox
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from slam.localization.belief import Belief, Filtering
 from slam.localization.clusters import Cluster
 from slam.localization.ego_motion import EgoMotion
 from slam.localization.global_search import GlobalAnswer, Hypothesis, same
+from slam.localization.health import NOT_HERE
 from slam.localization.known_map import KnownMap
 from slam.localization.mcl import without_wheels
 from slam.localization.motion_models import ConstantVelocity, MotionModel, OdometryMotion, VelocityMotion
@@ -36,6 +38,8 @@ from slam.motion.sensor_watch import SensorWatch
 from slam.scans import PointScan, Unveil
 from slam.se2 import SE2, FloatArray, wrap_angle
 from slam.snapshot import Snapshot
+
+_log = logging.getLogger(__name__)
 
 SAME = 16.27
 """Squared distance at which two poses are told apart: chi-square of three degrees of freedom at 99.9 %."""
@@ -99,6 +103,8 @@ class AmclPipeline:
         self._picture = known_map.grid.frozen_copy()
         rng = np.random.default_rng(settings.seed)
         self._start_trouble = "the start is not known" if T_map_base is None else trouble_at(known_map, T_map_base)
+        if T_map_base is not None and self._start_trouble:
+            _log.warning("as a start, %s: it is looked for in the whole map", self._start_trouble)
         sizes = settings.filtering.sample_size
         if T_map_base is None or self._start_trouble:
             particles = Particles.anywhere(known_map, sizes.particles_max, rng)
@@ -247,7 +253,7 @@ class AmclPipeline:
         if self._start_trouble:
             return Status.LOST, self._start_trouble
         if self._ladder.lost:
-            return Status.LOST, "the scan does not fit the map here"
+            return Status.LOST, NOT_HERE
         modes = self._likely_modes()
         if len(modes) > 1:
             return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(_place, modes))}"

@@ -76,3 +76,8 @@ class HealthWatch:
     def lost(self) -> bool:
         """Whether nothing has supported the pose for longer than the patience."""
         return self.now - self.supported_at >= self.rules.patience
+
+
+UNSUPPORTED = HealthRules(patience=2.0)
+"""For those that have no recovery, and count beams that end near walls: at a wrong place a third do so by chance."""
+NOT_HERE = "the scan does not fit the map here"

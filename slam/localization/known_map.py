@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from slam.errors import KnownMapError
 from slam.grid import FREE, OccupancyGrid
 from slam.localization.panoramas import Panoramas
 from slam.localization.wall_faces import faced
 from slam.matching.surface_field import SurfaceField
-from slam.se2 import FloatArray
+from slam.se2 import SE2, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,18 @@ class KnownMap:
     def free_points(self) -> FloatArray:
         """(K, 2) their centres in the map [m]."""
         return self.grid.geometry.to_points(self.free_cells)
+
+    @cached_property
+    def beside_walls(self) -> NDArray[np.bool_]:
+        """(H, W) cells that are at most two cells from a wall."""
+        return np.asarray(binary_dilation(self.grid.likely(), np.ones((5, 5))), np.bool_)
+
+    def share_on_walls(self, T_map_base: SE2, points: FloatArray) -> float:
+        """Share of points (M, 2) in base that lie at most two cells from a wall; 0 of none."""
+        geometry = self.grid.geometry
+        cells = np.floor((geometry.T_map_grid.inverse() @ T_map_base).transform(points) / geometry.resolution).astype(np.int64)[:, ::-1]
+        inside = ((cells >= 0) & (cells < (geometry.height, geometry.width))).all(axis=1)
+        return float(self.beside_walls[tuple(cells[inside].T)].sum()) / max(len(points), 1)
 
     @cached_property
     def field(self) -> SurfaceField:

@@ -100,7 +100,9 @@ class LocalizabilityPipeline(MclPipeline):
             self._pictured = image.stamp
         without = self._without_camera(frame)
         reason = "; ".join(reason for reason in (estimate.reason, without) if reason)
-        return replace(estimate, reason=reason, status=Status.DEGRADED if without else estimate.status)
+        return replace(
+            estimate, reason=reason, status=Status.DEGRADED if without and estimate.status is Status.TRACKING else estimate.status
+        )
 
     def snapshot(self) -> Snapshot:
         """As of `MclPipeline`, with D of the newest update."""

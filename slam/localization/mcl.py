@@ -14,6 +14,7 @@ import numpy as np
 from slam.errors import require_not_negative, require_positive
 from slam.localization.beams import evenly
 from slam.localization.ego_motion import EgoMotion
+from slam.localization.health import NOT_HERE, UNSUPPORTED, HealthWatch
 from slam.localization.known_map import KnownMap
 from slam.localization.motion_models import ConstantVelocity, OdometryMotion
 from slam.localization.particles import Particles
@@ -90,6 +91,7 @@ class MclPipeline:
         self._way: SE2 = SE2()  # since the last update
         self._duration = 0.0
         self._trouble, self._health, self._begun = "", 1.0, False
+        self._support = HealthWatch(UNSUPPORTED)
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
@@ -112,6 +114,8 @@ class MclPipeline:
             pose = self._filter(cloud, scan.range_max, by_wheels)
         else:
             self._covariance = MotionNoise().propagate(self._covariance, self._ego.T_map_base, step)
+        if len(cloud.points):
+            self._support.add(scan.stamp, self._map.share_on_walls(pose, cloud.points))
         self._ego.settle(scan.stamp, pose)
         self._path.append(scan.stamp, pose)
 
@@ -136,9 +140,10 @@ class MclPipeline:
         step = self._ego.step(frame.stamp)
         pose = self._ego.T_map_base @ step
         covariance: FloatArray = MotionNoise().propagate(self._covariance, self._ego.T_map_base, step)
-        reasons = self._watch.silent(frame), without_wheels(self._ego, frame), self._trouble, trouble_at(self._map, pose)
+        lost = NOT_HERE if self._support.lost else ""
+        reasons = lost, self._watch.silent(frame), without_wheels(self._ego, frame), self._trouble, trouble_at(self._map, pose)
         reason = "; ".join(dict.fromkeys(reason for reason in reasons if reason))
-        status = Status.DEGRADED if reason else Status.TRACKING
+        status = Status.LOST if lost else Status.DEGRADED if reason else Status.TRACKING
         T_map_odom = pose @ self._ego.motion.wheels.inverse()
         return Estimate(frame.stamp, pose, T_map_odom, covariance, status, self._health, reason)
 

@@ -6,6 +6,7 @@ derivative, Kalman's fusion with odometry. Several starts are tried when the tra
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass, field
 
@@ -15,7 +16,8 @@ from slam.depth_scans import DepthScan, Source, scans_of
 from slam.errors import require_not_negative, require_positive
 from slam.localization.ego_motion import EgoMotion
 from slam.localization.error_table import TableSettings
-from slam.localization.hypotheses import Hypotheses
+from slam.localization.health import NOT_HERE, UNSUPPORTED, HealthWatch
+from slam.localization.hypotheses import FITS, Hypotheses
 from slam.localization.known_map import KnownMap
 from slam.localization.matching_optimisation import Found, MatchingOptimisation, Prior
 from slam.localization.mcl import without_wheels
@@ -33,6 +35,8 @@ DISTRUST = 1e4
 """Inflation of the covariance when odometry's guess fits nothing."""
 GAIN = 0.1
 """So much more of the scan must another start explain to be believed."""
+_log = logging.getLogger(__name__)
+
 CHI2_99 = 11.34
 """99 % point of chi-square with 3 degrees of freedom."""
 DRIFTING = np.diag([0.05**2, 0.05**2, 0.1**2])
@@ -92,6 +96,7 @@ class PerfectMatchPipeline:
         self._rng = np.random.default_rng(settings.seed)
         self._start_trouble = "" if T_map_base is None else trouble_at(known_map, T_map_base)
         if self._start_trouble:
+            _log.warning("as a start, %s: it is looked for in the whole map", self._start_trouble)
             self._start_trouble, T_map_base = f"as a start, {self._start_trouble}; it is looked for", None
         self._ego = EgoMotion(settings.unveil, T_map_base or SE2(*known_map.free_points.mean(axis=0).tolist()))
         self._watch = SensorWatch()
@@ -104,6 +109,7 @@ class PerfectMatchPipeline:
         self._typical, self._explained = 1.0, 1.0  # share of points on walls, of late and now
         self._misses, self._scans = 0, 0
         self._trouble = ""
+        self._support = HealthWatch(UNSUPPORTED)
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
@@ -128,6 +134,7 @@ class PerfectMatchPipeline:
             pose = self._among_places(self._places, cloud, step, guess)
         else:
             pose = self._tracked(cloud, step, guess, prior)
+            self._support.add(scan.stamp, self._explained)
         self._scans += 1
         off = guess.inverse() @ pose
         self._ego.settle(scan.stamp, pose, jumped=math.hypot(off.x, off.y) > JUMP)
@@ -201,6 +208,7 @@ class PerfectMatchPipeline:
         if places.decided:
             self._start_trouble = ""
             self._places, self._misses, self._inflation = None, 0, 1.0
+            self._support.forget()
             self._typical, self._covariance = best.explained, best.covariance
         return best.T_map_base
 
@@ -212,11 +220,16 @@ class PerfectMatchPipeline:
         return Estimate(frame.stamp, pose, pose @ self._ego.motion.wheels.inverse(), covariance, status, self._explained, reason)
 
     def _status(self, frame: SensorFrame, pose: SE2) -> tuple[Status, str]:
-        if self._places is not None and len(self._places) > 0:
+        best = None if self._places is None else self._places.best
+        if best is not None and best.explained < FITS:
+            return Status.LOST, f"the best place in the map explains only {100.0 * best.explained:.0f} % of the scan"
+        if self._places is not None and best is not None:
             return Status.AMBIGUOUS, f"{len(self._places)} places explain the scans about as well"
         if self._places is not None:
             nowhere = "no place in the map explains the scan" if self._scans else "no scan has come yet"
             return Status.LOST, "; ".join(filter(None, (nowhere, self._start_trouble)))
+        if self._support.lost:
+            return Status.LOST, NOT_HERE
         unmatched = "the scan does not match the map" if self._misses else ""
         reasons = unmatched, self._watch.silent(frame), without_wheels(self._ego, frame), self._trouble, trouble_at(self._map, pose)
         reason = "; ".join(dict.fromkeys(reason for reason in reasons if reason))

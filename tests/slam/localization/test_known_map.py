@@ -5,6 +5,7 @@ from slam.errors import KnownMapError
 from slam.grid import FREE, OCCUPIED, UNKNOWN, GridGeometry, OccupancyGrid
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, ONE_SIDED
 from slam.localization.known_map import KnownMap
+from slam.se2 import SE2
 
 
 def grid_of(states):
@@ -46,3 +47,11 @@ def test_free_places_are_centres_of_free_cells():
 def test_a_map_in_which_nothing_can_be_localised_is_refused(state, what):
     with pytest.raises(KnownMapError, match=what):
         KnownMap(grid_of(np.full((3, 3), state)))
+
+
+def test_points_on_walls_are_told_from_points_in_the_open():
+    known = KnownMap(two_rooms(2))  # a wall from 0.5 to 0.6 m along x
+    points = np.array([[0.15, 0.0], [0.05, 0.1], [-0.3, 0.0], [5.0, 0.0]])
+    assert known.share_on_walls(SE2(0.4, 0.5), points) == 0.5
+    assert known.share_on_walls(SE2(0.1, 0.5), points) == 0.0
+    assert known.share_on_walls(SE2(), np.empty((0, 2))) == 0.0
