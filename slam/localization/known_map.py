@@ -49,7 +49,7 @@ class KnownMap:
     @cached_property
     def beside_walls(self) -> NDArray[np.bool_]:
         """(H, W) cells that are at most two cells from a wall."""
-        return np.asarray(binary_dilation(self.grid.likely(), np.ones((5, 5))), np.bool_)
+        return np.asarray(binary_dilation(self.grid.likely(), np.ones((5, 5), np.bool_)), np.bool_)
 
     def share_on_walls(self, T_map_base: SE2, points: FloatArray) -> float:
         """Share of points (M, 2) in base that lie at most two cells from a wall; 0 of none."""
