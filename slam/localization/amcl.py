@@ -17,7 +17,6 @@ from slam.errors import require_not_negative
 from slam.localization.beam_model import BeamModel
 from slam.localization.belief import Belief, Filtering
 from slam.localization.clusters import Cluster
-from slam.localization.ego_motion import EgoMotion
 from slam.localization.global_search import GlobalAnswer, Hypothesis, same
 from slam.localization.health import NOT_HERE
 from slam.localization.known_map import KnownMap
@@ -31,6 +30,7 @@ from slam.localization.whole_scan import FEWEST
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.ego_motion import EgoMotion
 from slam.motion.keyframes import KeyframeGate
 from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory

@@ -13,7 +13,6 @@ import numpy as np
 
 from slam.errors import require_not_negative, require_positive
 from slam.localization.beams import evenly
-from slam.localization.ego_motion import EgoMotion
 from slam.localization.health import NOT_HERE, UNSUPPORTED, HealthWatch
 from slam.localization.known_map import KnownMap
 from slam.localization.motion_models import ConstantVelocity, OdometryMotion
@@ -22,6 +21,7 @@ from slam.localization.places import trouble_at
 from slam.localization.resampling import parents
 from slam.localization.sensor_models import Likelihood, LikelihoodField
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.ego_motion import EgoMotion
 from slam.motion.keyframes import KeyframeGate
 from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory

@@ -14,7 +14,6 @@ import numpy as np
 
 from slam.depth_scans import DepthScan, Source, scans_of
 from slam.errors import require_not_negative, require_positive
-from slam.localization.ego_motion import EgoMotion
 from slam.localization.error_table import TableSettings
 from slam.localization.health import NOT_HERE, UNSUPPORTED, HealthWatch
 from slam.localization.hypotheses import FITS, Hypotheses
@@ -24,6 +23,7 @@ from slam.localization.mcl import without_wheels
 from slam.localization.multi_start import MultiStart
 from slam.localization.places import trouble_at
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
+from slam.motion.ego_motion import EgoMotion
 from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory
 from slam.motion.sensor_watch import SensorWatch

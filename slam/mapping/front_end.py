@@ -7,21 +7,23 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
-from slam.mapping.agreement import MotionAgreement
+from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
 from slam.matching.surface_field import SurfaceField
-from slam.messages import Imu, LaserScan, Trajectory, WheelOdometry
 from slam.motion.dead_reckoning import DeadReckoning
+from slam.motion.ego_motion import EgoMotion
 from slam.motion.motion_noise import MotionNoise
-from slam.scans import PointScan, Unveil, deskew
+from slam.scans import PointScan, Unveil
 from slam.se2 import SE2, FloatArray
 
 DISTRUST = 1e4
 """Inflation of odometry's covariance when its guess fits nothing."""
 LOST_AFTER = 10
 """Unusable matches in a row after which the pose is lost."""
+UNMATCHED = "the scan does not match the map"
+"""Reason of an estimate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class FrontEnd:
 
     def __init__(self, settings: Tracking, T_local_base: SE2) -> None:
         self.settings = settings
-        self.motion = DeadReckoning()
+        self.ego = EgoMotion(settings.unveil, T_local_base)
         self.match: Match | None = None
         """Of the newest scan; None until one has been matched."""
         self.covariance: FloatArray = np.zeros((3, 3))
@@ -59,90 +61,64 @@ class FrontEnd:
         """Unusable matches in a row."""
         self.agreement = MotionAgreement()
         """Between scans and odometry."""
-        self.T_local_odom = T_local_base
-        self._last: tuple[float, SE2, SE2] | None = None  # stamp, T_odom_base and T_local_base of the last scan
-        self._velocity = np.zeros(3)
         self._deviation = settings.deviation_start
         self._inflation = 1.0  # of the odometry's covariance, from how far matching has corrected it
 
     @property
     def T_local_base(self) -> SE2:
         """At the newest scan."""
-        return self._last[2] if self._last else self.T_local_odom
+        return self.ego.T_map_base
+
+    @property
+    def motion(self) -> DeadReckoning:
+        """What wheels and gyro say."""
+        return self.ego.motion
 
     @property
     def lost(self) -> bool:
         """Too many scans in a row could not be matched."""
         return self.misses >= LOST_AFTER
 
-    def hear(self, odometry: tuple[WheelOdometry, ...], imu: tuple[Imu, ...]) -> None:
-        """Take in wheels and gyro; the odometry's first pose is where the robot is now, even when scans came before it."""
-        first = self.motion.empty
-        self.motion.add(odometry, imu)
-        if first and not self.motion.empty:
-            T_odom_base = self.motion.pose_at(-np.inf)
-            self.T_local_odom = self.T_local_odom @ T_odom_base.inverse()
-            if self._last is not None:
-                self._last = (self._last[0], T_odom_base, self._last[2])
+    @property
+    def trouble(self) -> str:
+        """What is wrong with the newest scan, or between scans and odometry; empty where nothing is."""
+        return UNMATCHED if self.misses else DISAGREE if self.agreement.broken else ""
 
-    def points(self, scan: LaserScan) -> PointScan:
-        """The scan as points in base at its stamp: swept by wheels and gyro, without them at constant velocity."""
-        scan = self.settings.unveil.clean(scan)
-        if self._last is None or self.motion.newest > self._last[0]:
-            return deskew(scan, self.motion.window(scan.stamp))
-        swept = SE2.exp(self._velocity * (scan.end - scan.stamp))
-        return deskew(scan, Trajectory(np.array([scan.stamp, max(scan.end, scan.stamp + 1e-6)]), np.array([np.zeros(3), swept.as_array()])))
+    @property
+    def health(self) -> float:
+        """Share of the newest scan's points on known surfaces; 1 before the first."""
+        return self.match.inliers if self.match else 1.0
 
     def track(self, cloud: PointScan, surfaces: SurfaceField | None) -> SE2:
         """`T_local_base` of a scan by matching it to the local map, by the guess where there is none or it says too little."""
-        T_odom_base = self.motion.pose_at(cloud.stamp)
-        guess, increment = self._predict(cloud.stamp, T_odom_base)
+        increment, last = self.ego.step(cloud.stamp), self.T_local_base
+        guess = last @ increment
         pose = guess if surfaces is None else self._correct(cloud, surfaces, guess, increment)
-        self.T_local_odom = pose @ T_odom_base.inverse()
-        if self._last is not None and cloud.stamp > self._last[0]:
-            step = self._last[2].inverse() @ pose
-            self._velocity = step.log() / (cloud.stamp - self._last[0])
-            if surfaces is not None and not self.misses:
-                self.agreement.add(step, self._last[1].inverse() @ T_odom_base, self.motion.newest >= cloud.stamp)
-        self._last = (cloud.stamp, T_odom_base, pose)
+        if surfaces is not None and not self.misses:
+            self.agreement.add(last.inverse() @ pose, increment, self.motion.newest >= cloud.stamp)
+        self.ego.settle(cloud.stamp, pose)
         return pose
 
     def place(self, T_local_base: SE2) -> None:
         """The newest scan is here: the robot has been found by other means."""
-        T_odom_base = self._last[1] if self._last else SE2()
-        self.T_local_odom = T_local_base @ T_odom_base.inverse()
-        if self._last is not None:
-            self._last = (*self._last[:2], T_local_base)
-        self.misses, self._velocity = 0, np.zeros(3)
+        self.ego.place(T_local_base)
+        self.misses = 0
 
     def rebase(self, T_new_local: SE2) -> None:
         """Go on in another local frame."""
         R = np.eye(3)
         R[:2, :2] = T_new_local.rotation()
         self.covariance = R @ self.covariance @ R.T
-        self.T_local_odom = T_new_local @ self.T_local_odom
-        if self._last is not None:
-            self._last = (*self._last[:2], T_new_local @ self._last[2])
+        self.ego.rebase(T_new_local)
 
     def at(self, stamp: float) -> tuple[SE2, FloatArray]:
-        """`T_local_base` at a time, carried on from the newest scan by wheels and gyro, and its covariance (3, 3)."""
-        pose = self.T_local_odom @ self.motion.pose_at(stamp)
-        step = self.T_local_base.inverse() @ pose
-        return pose, self.settings.noise.propagate(self.covariance, self.T_local_base, step)
+        """`T_local_base` at a time, carried on from the newest scan, and its covariance (3, 3)."""
+        step = self.ego.step(stamp)
+        return self.T_local_base @ step, self.settings.noise.propagate(self.covariance, self.T_local_base, step)
 
     def usable(self, match: Match) -> bool:
         """Whether a match says where the robot is."""
         return match.converged and match.inliers >= self.settings.inliers_min
-
-    def _predict(self, stamp: float, T_odom_base: SE2) -> tuple[SE2, SE2]:
-        """Guess and step since the last scan: by odometry, without it at constant velocity."""
-        if self._last is None:
-            return self.T_local_odom @ T_odom_base, SE2()
-        last_stamp, T_odom_last, T_local_last = self._last
-        step = T_odom_last.inverse() @ T_odom_base
-        if self.motion.newest <= last_stamp:
-            step = SE2.exp(self._velocity * (stamp - last_stamp))
-        return T_local_last @ step, step
 
     def _correct(self, cloud: PointScan, surfaces: SurfaceField, guess: SE2, increment: SE2) -> SE2:
         s = self.settings

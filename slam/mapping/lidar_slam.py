@@ -10,9 +10,8 @@ import numpy as np
 
 from slam.errors import require_not_negative, require_positive
 from slam.grid import OccupancyGrid
-from slam.mapping.agreement import DISAGREE
 from slam.mapping.front_end import FrontEnd, Tracking
-from slam.mapping.grid_mapper import MapSettings
+from slam.mapping.grid_mapper import FULL, MapSettings
 from slam.mapping.loop_closing import Here, LoopCloser, LoopClosing
 from slam.mapping.polish import Polish, Polished, polish
 from slam.mapping.rendering import render
@@ -99,7 +98,7 @@ class LidarSlamPipeline:
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Register the frame's scans and answer with the pose at the frame's time."""
-        self.front.hear(frame.odometry, frame.imu)
+        self.front.ego.hear(frame)
         for scan in frame.scans:
             self._polished = None
             self._register(scan)
@@ -148,7 +147,7 @@ class LidarSlamPipeline:
         return True
 
     def _register(self, scan: LaserScan) -> None:
-        cloud = self.front.points(scan)
+        cloud = self.front.ego.points(scan)
         surfaces = self.submaps.use(self._current).surfaces if len(self.submaps) else None
         pose = self.front.track(cloud, None if self._unplaced else surfaces)
         if self._unplaced:
@@ -263,16 +262,11 @@ class LidarSlamPipeline:
             self._moved = self.front.motion.newest
             self._place(frame.stamp)
         pose, T_map_odom, covariance = self._placed
-        reason = self._watch.silent(frame) or (DISAGREE if self.front.agreement.broken else "")
-        if self._too_large:
-            reason = "the map would be too large, it stays as it is"
-        if self.front.misses:
-            reason = "the scan does not match the map"
+        reason = (FULL if self._too_large else "") or self.front.trouble or self._watch.silent(frame)
         if self._unplaced:
             reason = "the scan is not recognised in the session's map"
         status = Status.LOST if self.front.lost or self._unplaced else Status.DEGRADED if reason else Status.TRACKING
-        health = self.front.match.inliers if self.front.match else 1.0
-        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason)
+        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, self.front.health, reason)
 
     def _place(self, stamp: float) -> None:
         """Pose in the map and its covariance: of the submap in the graph, and of the robot in the submap."""

@@ -11,14 +11,14 @@ from slam.motion.dead_reckoning import DeadReckoning
 from slam.scans import PointScan, Unveil, deskew
 from slam.se2 import SE2, FloatArray
 
-CARRY = 0.3
+CARRY = 1.0
 """So long after a scan a robot without wheels is taken to go on as it did [s]."""
 
 
 class EgoMotion:
-    """What every localizer asks of wheels and gyro: deskewed points, the step since the last known pose, the pose at a time.
+    """What every pipeline asks of wheels and gyro: deskewed points, the step since the last known pose, the pose at a time.
 
-    A localizer calls `hear` with each frame, then for each scan `points` and `step`, and says with `settle` where it was taken.
+    A pipeline calls `hear` with each frame, then for each scan `points` and `step`, and says with `settle` where it was taken.
     """
 
     def __init__(self, unveil: Unveil, T_map_base: SE2) -> None:
@@ -46,8 +46,8 @@ class EgoMotion:
         scan = self._unveil.clean(scan)
         if self.wheels_cover(scan.stamp):
             return deskew(scan, self.motion.window(scan.stamp))
-        swept = SE2.exp(self._velocity * (scan.end - scan.stamp))
-        return deskew(scan, Trajectory(np.array([scan.stamp, max(scan.end, scan.stamp + 1e-6)]), np.array([np.zeros(3), swept.as_array()])))
+        swept, end = self._carried_on(scan.stamp, scan.end), max(scan.end, scan.stamp + 1e-6)
+        return deskew(scan, Trajectory(np.array([scan.stamp, end]), np.array([np.zeros(3), swept.as_array()])))
 
     def wheels_cover(self, stamp: float) -> bool:
         """Whether the odometry has gone on since the last settled scan, so that it knows the way to one taken at `stamp` [s]."""
@@ -59,14 +59,16 @@ class EgoMotion:
             return self._T_odom_base.inverse() @ self.motion.pose_at(stamp)
         if not math.isfinite(self._stamp):
             return SE2()
-        duration = min(max(stamp - self._stamp, 0.0), CARRY)
-        xi = self._velocity * duration
-        turn = self.motion.gyro_turn(self._stamp, stamp)
-        return SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
+        return self._carried_on(self._stamp, stamp)
 
     def at(self, stamp: float) -> SE2:
         """T_map_base at a time [s], carried on from the last settled pose."""
         return self._T_map_base @ self.step(stamp)
+
+    def _carried_on(self, start: float, end: float) -> SE2:
+        """The step between two times [s] at the last velocity, turned by the gyro where it speaks."""
+        xi, turn = self._velocity * min(max(end - start, 0.0), CARRY), self.motion.gyro_turn(start, end)
+        return SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
 
     def since(self, stamp: float) -> float:
         """Time from the last settled pose to `stamp` [s]; 0 before the first."""
@@ -79,3 +81,11 @@ class EgoMotion:
         elif jumped:
             self._velocity = np.zeros(3)
         self._stamp, self._T_odom_base, self._T_map_base = stamp, self.motion.pose_at(stamp), T_map_base
+
+    def place(self, T_map_base: SE2) -> None:
+        """The last settled pose was here: the robot has been found by other means."""
+        self._T_map_base, self._velocity = T_map_base, np.zeros(3)
+
+    def rebase(self, T_new_map: SE2) -> None:
+        """Go on in another map."""
+        self._T_map_base = T_new_map @ self._T_map_base
