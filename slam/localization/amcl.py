@@ -180,13 +180,13 @@ class AmclPipeline:
             answer = search.search(self._map, *seen)
             places = list(answer.hypotheses) if self._settled(answer) else []
             ladder.rivals.meet(answer.hypotheses, here, scan.stamp, self._reckoned)
-        places = places or ladder.proven(here)
+        proven = [] if places else ladder.proven(here)
         self._belief.doubtful = ladder.lost
-        if places:
-            self._take_up(places)
+        if places or proven:
+            self._take_up(places or proven, sure=len(proven) == 1)
         elif rung is Rung.SEARCH and ladder.lost:
             self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
-        return bool(places)
+        return bool(places or proven)
 
     def _seen_at(self, pose: SE2, scan: LaserScan, cloud: PointScan) -> Hypothesis:
         """How well a pose explains a scan."""
@@ -223,14 +223,14 @@ class AmclPipeline:
         """Look for a robot whose start is not known in the whole map; whether there is anything like it."""
         answer = self._settings.recovery.search.search(self._map, cloud.points, cloud.origins, _clear(scan))
         if answer.hypotheses:
-            self._take_up(answer.hypotheses)
+            self._take_up(answer.hypotheses, sure=False)
             self._start_trouble = ""
         return bool(answer.hypotheses)
 
-    def _take_up(self, places: Sequence[Hypothesis]) -> None:
+    def _take_up(self, places: Sequence[Hypothesis], sure: bool) -> None:
         """The robot is at one of these places."""
         self._belief.seed(places)
-        self._ladder.begin_anew()
+        self._ladder.begin_anew(sure)
         self._way, self._duration = SE2(), 0.0
         self._carried = self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
 

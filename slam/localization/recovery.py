@@ -87,10 +87,10 @@ class Ladder:
         gain = s.gain_trusted if self.trust.earned else s.gain
         return self.rivals.better(here, (gain, s.gain), s.explained_min, s.search.odds)
 
-    def begin_anew(self) -> None:
-        """The robot has been found elsewhere."""
+    def begin_anew(self, sure: bool) -> None:
+        """The robot has been found elsewhere; what several scans have proven, and nothing else, is trusted at once."""
         self.watch.forget()
-        self.trust.forget()
+        self.trust.forget(sure)
         self.rivals.forget()
 
     @property

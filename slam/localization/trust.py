@@ -54,11 +54,10 @@ class Trust:
         """Take in a scan, points (N, 2) in base [m], and where wheels lead to."""
         self._newest = T_odom_base
         share, compared = agreement(self._points, points, self._since(), (self._rules.tolerance, self._rules.tolerance_share))
-        unknown = compared < FEWEST
-        self._broken = not unknown and share < self._rules.agreement
+        self._broken = compared >= FEWEST and share < self._rules.agreement
         if self._broken and _length(self._since()) < self._rules.memory:
             return
-        if self._broken or unknown:
+        if self._broken:
             self._way, self._broken = 0.0, False
         self._points, self._at = points, T_odom_base
 
@@ -66,9 +65,10 @@ class Trust:
         """Count a step, if the map supports the pose that it leads to."""
         self._way += _length(step.as_array()) if supported else 0.0
 
-    def forget(self) -> None:
-        """Begin anew: the robot has been found elsewhere."""
-        self._way, self._broken = 0.0, False
+    def forget(self, sure: bool = False) -> None:
+        """Begin anew: the robot has been found elsewhere, and whether that is sure."""
+        self._way, self._broken = self._rules.earned if sure else 0.0, False
+        self._points = NOTHING
 
     def _since(self) -> FloatArray:
         return (self._at.inverse() @ self._newest).as_array()
