@@ -16,6 +16,8 @@ ENOUGH = 0.7
 """Share of what the memory can hold at most, from which on it is judged."""
 ALIKE = 0.5
 """Least share of odometry's motion that the scans must tell of too."""
+ASIDE = 0.2
+"""Largest share of odometry's way that the scans may see across it: a mount turned by more than 12 degrees."""
 
 
 class MotionAgreement:
@@ -23,6 +25,7 @@ class MotionAgreement:
 
     def __init__(self) -> None:
         self._told, self._shared, self._covered = np.zeros(2), np.zeros(2), False
+        self._aside = 0.0
         self.broken = False
         """Over enough of a way or of a turn the scans tell of another motion."""
 
@@ -30,13 +33,16 @@ class MotionAgreement:
         """A step from scan to scan, as matching has it and as odometry has it, if it goes on to the newer scan: a gap is no step."""
         known, self._covered = covered and self._covered, covered
         if not known:
-            self._told, self._shared, self.broken = np.zeros(2), np.zeros(2), False
+            self._told, self._shared, self._aside, self.broken = np.zeros(2), np.zeros(2), 0.0, False
             return
         size = np.array([math.hypot(by_odometry.x, by_odometry.y), abs(by_odometry.yaw)])
-        along = by_scans.x * by_odometry.x + by_scans.y * by_odometry.y
-        way = along / size[0] if size[0] > 0.0 else 0.0
+        c, s = (by_odometry.x / size[0], by_odometry.y / size[0]) if size[0] > 0.0 else (0.0, 0.0)
+        way, aside = c * by_scans.x + s * by_scans.y, c * by_scans.y - s * by_scans.x
         turn = math.copysign(1.0, by_odometry.yaw) * by_scans.yaw
         kept = np.exp(-size / MEMORY)
         self._told = kept * self._told + size
         self._shared = kept * self._shared + np.array([way, turn])
-        self.broken = bool(np.any((self._told > ENOUGH * MEMORY) & (self._shared < ALIKE * self._told)))
+        self._aside = float(kept[0]) * self._aside + aside
+        judged = self._told > ENOUGH * MEMORY
+        askew = judged[0] and abs(self._aside) > ASIDE * self._told[0]
+        self.broken = bool(askew or np.any(judged & (self._shared < ALIKE * self._told)))

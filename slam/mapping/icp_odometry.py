@@ -15,6 +15,7 @@ import numpy as np
 from slam.errors import require_positive
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.kernels import bresenham
+from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.matching.icp import Icp
 from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
@@ -70,6 +71,7 @@ class IcpOdometryPipeline:
         self._points: FloatArray | None = None  # of the last scan, in its base
         self._covariance = np.zeros((3, 3))
         self._match: Match | None = None
+        self._agreement = MotionAgreement()
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Register the frame's scans, each on its predecessor, and answer with the pose at the frame's time."""
@@ -80,7 +82,7 @@ class IcpOdometryPipeline:
         for scan in frame.scans:
             self._register(scan)
         pose = self._T_map_base @ self._T_odom_base.inverse() @ self._motion.pose_at(frame.stamp)
-        reason = self._watch.silent(frame)
+        reason = self._watch.silent(frame) or (DISAGREE if self._agreement.broken else "")
         if self._match is not None and not self._match.converged:
             reason = "the scan does not match its predecessor"
         status = Status.DEGRADED if reason else Status.TRACKING
@@ -94,12 +96,12 @@ class IcpOdometryPipeline:
     def _register(self, scan: LaserScan) -> None:
         points = deskew(scan, NO_MOTION).points
         T_odom_base = self._motion.pose_at(scan.stamp)
-        self._step(points, self._T_odom_base.inverse() @ T_odom_base)
+        self._step(points, self._T_odom_base.inverse() @ T_odom_base, self._motion.newest >= scan.stamp)
         self._T_odom_base, self._points = T_odom_base, points
         self._path.append(scan.stamp, self._T_map_base)
         self._draw(points, scan.T_base_laser.to_se2())
 
-    def _step(self, points: FloatArray, by_odometry: SE2) -> None:
+    def _step(self, points: FloatArray, by_odometry: SE2, covered: bool) -> None:
         """Compose the motion since the last scan: ICP's, or the guess where ICP finds none."""
         if self._points is None:
             return
@@ -107,6 +109,8 @@ class IcpOdometryPipeline:
         self._match = self._settings.icp.match(points, self._points, guess)
         found = self._match.converged
         step = self._match.T_target_source if found else guess
+        if found:
+            self._agreement.add(step, by_odometry, covered)
         R = self._T_map_base.rotation()
         F, noise = np.eye(3), np.array(self._match.covariance if found else UNMATCHED)
         F[:2, 2] = R @ np.array([-step.y, step.x])

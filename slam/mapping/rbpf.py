@@ -14,6 +14,8 @@ import numpy as np
 from slam.depth_scans import DepthScan, Source, scans_of
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import proposal
+from slam.mapping.agreement import DISAGREE, MotionAgreement
+from slam.mapping.grid_mapper import FULL
 from slam.mapping.particle_maps import ParticleMaps
 from slam.mapping.particle_paths import ParticlePaths
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
@@ -25,6 +27,8 @@ from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
 
 _POOL = ThreadPoolExecutor(2, "rbpf")
+BLIND = "the scan has no valid beam"
+"""Reason of an estimate."""
 THREADED = 8
 """Fewest particles that are worth a second thread."""
 
@@ -91,8 +95,8 @@ class RbpfPipeline:
         self._best = 0
         self._updated: SE2 | None = None  # T_odom_base at the last update
         self._begun = False
-        self._share = 1.0
-        self._full = False
+        self._full = self._blind = False
+        self._agreement = MotionAgreement()
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
@@ -115,7 +119,8 @@ class RbpfPipeline:
             self._updated = T_odom_base
         step = self._updated.inverse() @ T_odom_base
         moved = math.hypot(step.x, step.y) >= self._settings.distance or abs(step.yaw) >= self._settings.yaw
-        if len(cloud.points) and (moved or not self._begun):
+        self._blind = len(cloud.points) == 0
+        if not self._blind and (moved or not self._begun):
             self._filter(cloud, step)
             self._updated, self._begun, step = T_odom_base, True, SE2()
         carried = np.array([(SE2.from_array(pose) @ step).as_array() for pose in self._poses])
@@ -124,7 +129,9 @@ class RbpfPipeline:
     def _filter(self, cloud: PointScan, step: SE2) -> None:
         """Algorithm 1: propose, weigh, draw the scan into the maps, resample."""
         if self._begun:
+            before = SE2.from_array(self._poses[self._best])
             self._propose(cloud.points, step)
+            self._agreement.add(before.inverse() @ SE2.from_array(self._poses[self._best]), step, self._motion.newest >= cloud.stamp)
         self._full = not self._maps.insert(self._poses, cloud.points, cloud.origins)
         weights = np.exp(self._log_weights - self._log_weights.max())
         weights /= weights.sum()
@@ -174,7 +181,8 @@ class RbpfPipeline:
         weights = np.exp(self._log_weights - self._log_weights.max())
         covariance = _spread(self._poses, weights / weights.sum(), self._poses[self._best])
         covariance = self._settings.noise.propagate(covariance, pose @ since.inverse(), since)
-        reason = self._watch.silent(frame) or ("the map would be too large" if self._full else "")
+        reason = (FULL if self._full else BLIND if self._blind else "") or self._watch.silent(frame)
+        reason = reason or (DISAGREE if self._agreement.broken else "")
         status = Status.DEGRADED if reason else Status.TRACKING
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, 1.0, reason)
 

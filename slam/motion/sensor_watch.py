@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from slam.messages import Imu, LaserScan, SensorFrame, WheelOdometry
@@ -21,9 +22,9 @@ class SensorWatch:
         self._heard: dict[str, tuple[float, float, int]] = {}  # first and last time, readings
 
     def silent(self, frame: SensorFrame) -> str:
-        """Names the sensors that this body has and that are silent; empty when all is well."""
+        """Names the sensors that this body has and that are silent, or say nothing finite; empty when all is well."""
         readings: dict[str, Sequence[WheelOdometry | Imu | LaserScan]] = {
-            "odometry": frame.odometry,
+            "odometry": [reading for reading in frame.odometry if math.isfinite(sum(reading.T_odom_base.as_array()))],
             "imu": frame.imu,
             "scans": frame.scans,
         }
