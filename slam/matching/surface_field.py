@@ -44,7 +44,7 @@ class SurfaceField:
         """(H, W, 5): point on the surface and normal in the grid's frame, flatness."""
         self.facing: NDArray[np.float32] = np.zeros((*shape, 2), np.float32) if facing is None else facing
         """(H, W, 2) mean unit vector from the hits of a cell towards where they were seen from; 0 where that is not known."""
-        self.update(grid, np.arange(grid.log_odds.size))
+        self.update(grid, np.flatnonzero(grid.likely()))
 
     @property
     def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.float32], float]:
