@@ -6,6 +6,7 @@ import gc
 import math
 import os
 import tempfile
+import time
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +22,7 @@ from slam.evaluation.maps import distance_to_walls
 from slam.evaluation.relations import read_relations, relation_error
 from slam.evaluation.trajectory import Statistics, absolute_errors, align, interpolate_truth
 from slam.mapping.lidar_slam import LidarSlam, LidarSlamPipeline
+from slam.mapping.rbpf import Rbpf
 from slam.messages import SensorFrame, Trajectory, Twist
 from slam.pipelines import Finishing, Pipeline
 from slam.se2 import SE2, FloatArray
@@ -40,7 +42,7 @@ def run(smoke: bool) -> list[Row]:
     """
     tours = {world: Course(world, 20.0 if smoke else 380.0).drive() for world in (WORLDS[:1] if smoke else WORLDS)}
     rows = _intel(smoke) + _closures(tours) + _turn() + _people(smoke) + _drift(smoke)
-    return rows + _corridor(smoke) + _soak(120.0 if smoke else 3600.0)
+    return rows + _corridor(smoke) + _particles(smoke) + _soak(120.0 if smoke else 3600.0)
 
 
 def _intel(smoke: bool) -> list[Row]:
@@ -193,6 +195,19 @@ def _along(tour: Drive, path: Trajectory) -> float:
     true = [tour.pose(float(stamp)) for stamp in path.stamps]
     T_world_path = true[0] @ SE2.from_array(path.poses[0]).inverse()
     return max(abs((T_world_path @ SE2.from_array(row)).x - pose.x) for row, pose in zip(path.poses, true, strict=True))
+
+
+def _particles(smoke: bool) -> list[Row]:
+    """Time of `rbpf` where every scan is an update, in the second half of a drive."""
+    tour, pipeline = Course("office", 5.0 if smoke else 30.0).drive(), Rbpf(distance=0.0, yaw=0.0).build()
+    times: list[float] = []
+    for frame in tour.frames:
+        began = time.perf_counter()
+        pipeline.update(frame)
+        if frame.scans:
+            times.append(time.perf_counter() - began)
+    median = 1e3 * float(np.median(times[len(times) // 2 :]))
+    return [Row("slam", "`rbpf`, 30 particles, median time per update", median, "ms", "≤ 20", "GMapping, published", 240.0)]
 
 
 def _soak(duration: float) -> list[Row]:
