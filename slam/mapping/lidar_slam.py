@@ -204,12 +204,13 @@ class LidarSlamPipeline:
         s = self._settings
         if math.hypot(pose.x, pose.y) > s.radius - margin:
             return False
-        return submap.travelled < s.length - margin or submap.nearest_kept(pose) < s.near - 0.5 * margin
+        return submap.travelled < s.length - margin or submap.outside(pose) < s.near - 0.5 * margin
 
     def _keep(self, submap: Submap, cloud: PointScan, pose: SE2) -> None:
-        """Keep the scan where the submap has none from nearby and is not full: the memory is bounded by the area."""
-        if submap.travelled < self._settings.length and submap.is_new(pose, self._settings.kept):
-            submap.keep(Keyframe(cloud.stamp, pose, cloud.points.astype(np.float32), cloud.origins.astype(np.float32)))
+        """Keep the scan where the submap has none from nearby: the memory is bounded by the area."""
+        if submap.is_new(pose, self._settings.kept):
+            points, origins = cloud.points.astype(np.float32), cloud.origins.astype(np.float32)
+            submap.keep(Keyframe(cloud.stamp, pose, points, origins, submap.travelled < self._settings.length))
 
     def _move_on(self, cloud: PointScan, pose: SE2) -> None:
         """Begin the next submap towards the border of this one, and go over into it behind."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slam.grid import LOG_ODDS_LIMIT, MOST_CELLS, GridGeometry, OccupancyGrid
 from slam.kernels import patches as kernels
+from slam.mapping.side_by_side import side_by_side
 from slam.se2 import SE2, FloatArray
 
 FIRST_PATCHES, FIRST_SIDE = 256, 8
@@ -47,10 +48,17 @@ class ParticleMaps:
             return False
         every, needed = math.ceil(len(points) / RAYS), (math.ceil(2.0 * reach / (SIDE * self.resolution)) + 1) ** 2
         placed = np.column_stack([centres + shift, poses[:, 2]])
+        cloud = points, origins
         for table, pose in zip(self.tables, placed, strict=True):
             self._ensure(needed)
             store = self._shares, self._free, self._free_count
-            self._free_count = kernels.insert(pose, (points, origins), every, table, self.pool, store, self._update)
+            self._free_count = kernels.claim(pose, cloud, every, table, self.pool, store, self.resolution)
+
+        def draw(part: slice) -> None:
+            for table, pose in zip(self.tables[part], placed[part], strict=True):
+                kernels.insert(pose, cloud, every, table, self.pool, self._shares, self._update)
+
+        side_by_side(draw, len(placed))
         return True
 
     def resample(self, parents: NDArray[np.int64]) -> None:

@@ -6,7 +6,6 @@ IEEE Transactions on Robotics 23 (2007), algorithm 1; the steps have the paper's
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +17,7 @@ from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.mapping.grid_mapper import FULL
 from slam.mapping.particle_maps import ParticleMaps
 from slam.mapping.particle_paths import ParticlePaths
+from slam.mapping.side_by_side import side_by_side
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.dead_reckoning import DeadReckoning
 from slam.motion.motion_noise import MotionNoise
@@ -26,11 +26,8 @@ from slam.scans import PointScan, deskew
 from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
 
-_POOL = ThreadPoolExecutor(2, "rbpf")
 BLIND = "the scan has no valid beam"
 """Reason of an estimate."""
-THREADED = 8
-"""Fewest particles that are worth a second thread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,9 +153,7 @@ class RbpfPipeline:
             arrays = poses[part], beliefs[part], self._maps.tables[part], self._maps.pool
             proposal.propose(thinned, *arrays, model, limits, some, gained[part])
 
-        middle = len(poses) // 2
-        parts = [slice(0, middle), slice(middle, None)] if len(poses) >= THREADED else [slice(None)]
-        list(_POOL.map(work, parts))
+        side_by_side(work, len(poses))
         poses[:, :2] += self._maps.corner
         self._poses = poses
         self._log_weights += gained

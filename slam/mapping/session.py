@@ -19,7 +19,7 @@ from slam.mapping.submap import Keyframe, Submap
 from slam.mapping.submaps import Link, Submaps
 from slam.se2 import SE2
 
-VERSION = 2
+VERSION = 3
 NAME = "session.npz"
 OF_A_SUBMAP = ("geometry", "steps", "cells", "counts", "offsets", "facings", "keyframes", "points", "beams")
 Arrays = dict[str, NDArray[Any]]
@@ -82,7 +82,7 @@ def _arrays_of(submap: Submap) -> Arrays:
         "counts": compact.counts,
         "offsets": compact.offsets,
         "facings": compact.facings,
-        "keyframes": np.array([[k.stamp, *k.T_submap_base.as_array(), len(k.points)] for k in keyframes]).reshape(-1, 5),
+        "keyframes": np.array([[k.stamp, *k.T_submap_base.as_array(), len(k.points), k.widens] for k in keyframes]).reshape(-1, 6),
         "points": np.concatenate([np.empty((0, 2), np.float32), *(k.points for k in keyframes)]),
         "beams": np.concatenate([np.empty((0, 2), np.float32), *(k.origins for k in keyframes)]),
     }
@@ -111,7 +111,7 @@ def _compact(own: Mapping[str, NDArray[Any]], settings: MapSettings) -> CompactG
 def _keyframes(own: Mapping[str, NDArray[Any]]) -> list[Keyframe]:
     ends = np.cumsum(own["keyframes"][:, 4]).astype(np.int64)
     keyframes: list[Keyframe] = []
-    for (stamp, x, y, yaw, count), end in zip(own["keyframes"].tolist(), ends.tolist(), strict=True):
+    for (stamp, x, y, yaw, count, widens), end in zip(own["keyframes"].tolist(), ends.tolist(), strict=True):
         scan = slice(end - int(count), end)
-        keyframes.append(Keyframe(stamp, SE2(x, y, yaw), own["points"][scan], own["beams"][scan]))
+        keyframes.append(Keyframe(stamp, SE2(x, y, yaw), own["points"][scan], own["beams"][scan], bool(widens)))
     return keyframes

@@ -33,6 +33,8 @@ class Keyframe:
     """(M, 2) in base [m]."""
     origins: NDArray[np.float32]
     """(M, 2) in base [m]."""
+    widens: bool = True
+    """The submap is the map of the places around it; else it came when the submap was full, and only shows what is seen from there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +61,9 @@ class Submap:
         self.scans = 0
         """Inserted so far."""
         self.travelled = 0.0
-        """Way between its kept scans, in the order in which they came [m]."""
+        """Way between the kept scans that widen it, in the order in which they came [m]."""
         self._places: FloatArray = np.empty((0, 3))  # of the kept scans
+        self._centres: FloatArray = np.empty((0, 3))  # of those that widen it
         self._settings = settings
         self._mapper: GridMapper | None = GridMapper(settings)
         self._compact: CompactGrid | None = None
@@ -116,29 +119,27 @@ class Submap:
     def keep(self, keyframe: Keyframe) -> None:
         """Keep a scan."""
         place = keyframe.T_submap_base.as_array()
-        if self.keyframes:
-            self.travelled += float(np.hypot(*(place - self._places[-1])[:2]))
+        if keyframe.widens:
+            self.travelled += float(np.hypot(*(place - self._centres[-1])[:2])) if len(self._centres) else 0.0
+            self._centres = np.vstack([self._centres, place])
         self.keyframes.append(keyframe)
         self._places = np.vstack([self._places, place])
 
     def is_new(self, T_submap_base: SE2, gate: KeyframeGate) -> bool:
         """Whether no kept scan lies within the gate of a pose."""
         turn = np.abs(np.remainder(self._places[:, 2] - T_submap_base.yaw + np.pi, 2.0 * np.pi) - np.pi)
-        return not bool(np.any((self._distances(T_submap_base) < gate.distance) & (turn < gate.yaw)))
+        return not bool(np.any((_distances(self._places, T_submap_base) < gate.distance) & (turn < gate.yaw)))
 
-    def nearest_kept(self, T_submap_base: SE2) -> float:
-        """Distance to the nearest kept scan [m]; inf without one."""
-        return float(self._distances(T_submap_base).min(initial=np.inf))
+    def outside(self, T_submap_base: SE2) -> float:
+        """Distance to the nearest kept scan that widens the submap [m]; inf without one."""
+        return float(_distances(self._centres, T_submap_base).min(initial=np.inf))
 
     def in_sight(self, T_submap_base: SE2, reach: float) -> bool:
         """Whether a kept scan from within `reach` [m] sees a place, with no wall between."""
-        kept = self._places[self._distances(T_submap_base) < reach, :2]
+        kept = self._places[_distances(self._places, T_submap_base) < reach, :2]
         here = self.surfaces.pose_in_grid(T_submap_base)
         origins = np.repeat(np.array([[here.x, here.y]]), len(kept), axis=0)
         return not bool(sight.pierced(origins, self.surfaces.T_grid_map.transform(kept), self.surfaces.arrays).all())
-
-    def _distances(self, T_submap_base: SE2) -> FloatArray:
-        return np.hypot(self._places[:, 0] - T_submap_base.x, self._places[:, 1] - T_submap_base.y)
 
     def agreement(self, T_submap_base: SE2, cloud: PointScan) -> Agreement:
         """How a scan fits the map."""
@@ -155,3 +156,7 @@ class Submap:
         known = (log_odds != 0.0) | (squares <= 4)
         astray = (log_odds < FREE) & (squares > (NEAR / geometry.resolution) ** 2)
         return Agreement(*(float(which.sum()) / len(points) for which in (known, astray, behind)))
+
+
+def _distances(places: FloatArray, pose: SE2) -> FloatArray:
+    return np.hypot(places[:, 0] - pose.x, places[:, 1] - pose.y)

@@ -78,7 +78,7 @@ def test_an_empty_folder_is_a_new_session(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda arrays: arrays | {"version": np.array(99)}, "is of version 99; this is version 2"),
+        (lambda arrays: arrays | {"version": np.array(99)}, "is of version 99; this is version 3"),
         (lambda arrays: {name: array for name, array in arrays.items() if name != "version"}, "is of version None"),
         (lambda arrays: {name: array for name, array in arrays.items() if name != "0/steps"}, "is damaged"),
     ],
