@@ -67,9 +67,9 @@ def claim(
 
 @inlined
 def _ray(x: float, y: float, dx: float, dy: float) -> tuple[int, int, int, int, float, float, float, float, int]:
-    """A ray (x, y) + t (dx, dy) through unit cells, t in 0..1: first row and column, the columns' and rows' steps, t per column and per row,
-    t of the next of each, cells before
-    the last. Amanatides, Woo, "A fast voxel traversal algorithm" (1987).
+    """A ray (x, y) + t (dx, dy) through unit cells, t in 0..1. Amanatides, Woo, "A fast voxel traversal algorithm" (1987).
+
+    Returns first row and column, steps of column and row, t per column and row, t of the next of each, number of cells before the last.
     """
     col, row = int(np.floor(x)), int(np.floor(y))
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
