@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from rich.console import Console
@@ -46,8 +47,10 @@ GROUPS = (
 class BenchOptions:
     """Measure groups of figures, all or some; demo makes ten runs; recordings, slam and posegraph need the public data."""
 
-    groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = field(default=GROUPS)
-    """Groups to measure; all when none is given."""
+    groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = ()
+    """Groups to measure; all when none is given and none read."""
+    read: Annotated[tuple[Path, ...], arg(metavar="FILE...")] = ()
+    """Take up the rows of other groups from files that --json wrote."""
     smoke: bool = False
     """Only see that everything runs; the figures mean nothing."""
     json: OptionalFile = None
@@ -62,16 +65,30 @@ def main(argv: list[str]) -> int:
     for group in options.groups:
         if group not in GROUPS:
             raise UsageError(f"no group '{group}'; available: {', '.join(GROUPS)}")
-    rows: list[Row] = []
-    for group in options.groups or GROUPS:
+    rows = [row for file in options.read for row in _read(file) if row.group not in options.groups]
+    for group in options.groups or (() if options.read else GROUPS):
         measured: list[Row] = importlib.import_module(f"scripts.bench.{group}").run(options.smoke)
         Console(width=150).print(_table(group, measured))
         rows += measured
+    rows.sort(key=lambda row: GROUPS.index(row.group))
     if options.json is not None:
         write_text(options.json, json.dumps([{**dataclasses.asdict(row), "command": row.command} for row in rows], indent=2) + "\n")
     if options.markdown is not None:
         write_text(options.markdown, _markdown(rows))
     return 0
+
+
+def _read(file: Path) -> list[Row]:
+    try:
+        rows = [
+            Row(**{name: value for name, value in row.items() if name != "command"}) for row in json.loads(file.read_text(encoding="utf-8"))
+        ]
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise UsageError(f"--read {file}: not a file that `twin bench --json` wrote: {error}") from error
+    for row in rows:
+        if row.group not in GROUPS:
+            raise UsageError(f"--read {file}: no group '{row.group}'; available: {', '.join(GROUPS)}")
+    return rows
 
 
 def _table(group: str, rows: list[Row]) -> Table:
