@@ -26,7 +26,10 @@ def progress_bar(robot: Robot, duration: float) -> Generator[Callable[[float], N
     span = robot.span[1] - robot.span[0] if isinstance(robot, Recorded) else math.inf
     total = min(duration, span)
     console = Console(stderr=True)
-    with Progress(*COLUMNS, console=console, disable=not console.is_terminal, transient=True) as bars:
+    if not console.is_terminal:
+        yield lambda now: None
+        return
+    with Progress(*COLUMNS, console=console, transient=True) as bars:
         task = bars.add_task("run", total=total if math.isfinite(total) else None, now=0.0, speed=0.0)
         began = time.perf_counter()
 

@@ -36,6 +36,8 @@ class EgoMotion:
 
     def hear(self, frame: SensorFrame) -> None:
         """Take in wheels and gyro; the odometry's first pose is where the robot is now, even when scans came before it."""
+        if not (frame.odometry or frame.imu):
+            return
         first = self.motion.empty
         self.motion.add(frame.odometry, frame.imu)
         if first and not self.motion.empty:
