@@ -189,10 +189,12 @@ def _queues() -> dict[str, EventQueue[Any]]:
 def _rehearse(simulation: Simulation) -> None:
     """Drive an episode of its own through standing, turning wheels and a whole scan."""
     queues = _queues()
-    for rates in ((0.0, 0.0), (2.0, 1.0), (0.0, 0.0)):
-        simulation.turn_wheels(rates)
-        simulation.advance(simulation.now + REHEARSAL, queues)
-    simulation.close()
+    try:
+        for rates in ((0.0, 0.0), (2.0, 1.0), (0.0, 0.0)):
+            simulation.turn_wheels(rates)
+            simulation.advance(simulation.now + REHEARSAL, queues)
+    finally:
+        simulation.close()
 
 
 def _turn(scan: LaserScan) -> Turn:

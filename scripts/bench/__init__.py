@@ -104,7 +104,8 @@ def _markdown(rows: list[Row]) -> str:
     lines = [
         "# Results",
         "",
-        "Written by `twin bench --markdown docs/results.md`; every row by the command beside it. Peers ran in the same process run.",
+        "Written by `twin bench --markdown docs/results.md`; every row by the command beside it. Peers ran in the same process run, "
+        "but for those whose figures were published.",
         "",
         "| what | value | unit | reach | peer | peer's value | ratio | command |",
         "|---|---:|---|---|---|---:|---:|---|",

@@ -31,6 +31,8 @@ CARRIED = 1.0
 """Least distance that a robot is carried away [m]."""
 BACK = 0.3
 """Error below which it has found back [m]."""
+TRIES = 100
+"""Draws of two places for each trial."""
 PERIOD = 0.1
 """From one frame to the next across the jump [s]."""
 
@@ -91,12 +93,14 @@ def kidnappings(given: GivenMap, world: str, count: int, seed: int) -> dict[tupl
     """Times [s] from which on a robot is back, inf where it is not, by when and whence on its tour it was carried away."""
     drive, look, rng = Course(world, TOUR, seed).drive(), Lookalikes(world), np.random.default_rng(seed)
     back: dict[tuple[float, float], float] = {}
-    while len(back) < count:
+    for _ in range(TRIES * count):
         until, since = rng.uniform(BEFORE + 1.0, drive.frames[-1].stamp - AFTER - 1.0, 2).round(2).tolist()
         here, there = drive.pose(until), drive.pose(since)
         if math.hypot(here.x - there.x, here.y - there.y) >= CARRIED and look.elsewhere(there) is None:
             back[until, since] = _time_to_return(given, drive, until, since)
-    return back
+        if len(back) == count:
+            return back
+    raise UsageError(f"--worlds {world}: its tour has too few places that look like no other to carry a robot to")
 
 
 def _time_to_return(given: GivenMap, drive: Drive, until: float, since: float) -> float:

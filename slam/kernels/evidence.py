@@ -124,7 +124,7 @@ def _surface_at(ray: Floats, length: float, field: Field) -> tuple[float, float]
         return NO_SURFACE, 1.0
     surface = surfaces.reshape(-1, 5)[nearest[row, col]]
     dx, dy = x - surface[X], y - surface[Y]
-    if surface[FLATNESS] == 0.0:
+    if surface[FLATNESS] <= 0.0:
         return np.hypot(dx, dy), 1.0
     across = surface[NORMAL_X] * u + surface[NORMAL_Y] * v
     if surface[FLATNESS] == ONE_SIDED and across > 0.0:

@@ -258,7 +258,7 @@ def _meeting(px: float, py: float, placed: Placed, field: Flat) -> Meeting:
         return NO_MEETING
     at = np.uint32(5 * cell)
     dx, dy, flatness = x - flat[np.uint32(at + X)], y - flat[np.uint32(at + Y)], flat[np.uint32(at + FLATNESS)]
-    if flatness == 0.0:
+    if flatness <= 0.0:
         w = k2 / (k2 + dx * dx + dy * dy)
         return LONE, rx, ry, dx, dy, 0.0, 0.0, w * w * lone
     nx, ny = float(flat[np.uint32(at + NORMAL_X)]), float(flat[np.uint32(at + NORMAL_Y)])

@@ -102,7 +102,7 @@ def _foot(
 @njit
 def _behind(surface: NDArray[np.float32], view: tuple[float, float]) -> bool:
     """Whether a viewer in this direction is on the unseen side of the line."""
-    return surface[FLATNESS] == ONE_SIDED and surface[NORMAL_X] * view[0] + surface[NORMAL_Y] * view[1] < 0.0
+    return abs(surface[FLATNESS]) == ONE_SIDED and surface[NORMAL_X] * view[0] + surface[NORMAL_Y] * view[1] < 0.0
 
 
 @njit
@@ -118,7 +118,7 @@ def _face(
     for r in range(max(row - reach, 0), min(row + reach + 1, height)):
         for c in range(max(col - reach, 0), min(col + reach + 1, width)):
             surface = surfaces[r, c]
-            if nearest[r, c] != r * width + c or surface[FLATNESS] != ONE_SIDED or _behind(surface, view):
+            if nearest[r, c] != r * width + c or abs(surface[FLATNESS]) != ONE_SIDED or _behind(surface, view):
                 continue
             d = abs(surface[NORMAL_X] * (x - surface[X]) + surface[NORMAL_Y] * (y - surface[Y]))
             if d < least:

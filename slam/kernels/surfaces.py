@@ -9,15 +9,19 @@ from slam.kernels.jit import njit
 
 X, Y, NORMAL_X, NORMAL_Y, FLATNESS = 0, 1, 2, 3, 4
 """Columns of a surface element: a point on it [m], its unit normal, and 0 for a lone point, 1 for a line, 2 for a line that was seen
-from one side only, to which its normal points."""
+from one side only, to which its normal points. Negative: hits that may be of one wall and gather as such, but are matched as points."""
 
 ONE_SIDED = 2.0
 
 FACING = 0.1
 """Smallest mean component along the normal of the directions from which a line was seen, that tells its side."""
 
-FLAT = 0.05
-"""Largest ratio of the variances across and along, of hits that make a line."""
+FLAT, GATHERED = 0.05, 0.15
+"""Largest ratios of the variances across and along, of hits that make a line, and of hits that gather along one if they scatter little.
+The slanted line through the hits of two walls at a corner would draw every scan into it."""
+
+NOISE = 0.02
+"""Hits that scatter no more than this across [m] gather along a line: a wall that has not been hit often."""
 
 
 @njit
@@ -167,12 +171,16 @@ def _fit_line(surface: NDArray[np.float32], moments: Moments) -> None:
     a, b, d = xx / total - mx * mx, xy / total - mx * my, yy / total - my * my
     spread = np.sqrt(0.25 * (a - d) ** 2 + b * b)
     large, small = 0.5 * (a + d) + spread, max(0.5 * (a + d) - spread, 0.0)
-    if small > FLAT * large:
+    if small > max(FLAT * large, min(GATHERED * large, NOISE * NOISE)):
         return
     angle = 0.5 * np.arctan2(2.0 * b, a - d)
-    surface[X], surface[Y] = mx, my
     nx, ny = -np.sin(angle), np.cos(angle)
     side = (nx * fx + ny * fy) / total
     turn = -1.0 if side < 0.0 else 1.0
     surface[NORMAL_X], surface[NORMAL_Y] = turn * nx, turn * ny
-    surface[FLATNESS] = ONE_SIDED if abs(side) > FACING else 1.0
+    sides = ONE_SIDED if abs(side) > FACING else 1.0
+    if small <= FLAT * large:
+        surface[X], surface[Y], surface[FLATNESS] = mx, my, sides
+    else:  # the cell's own mean, moved onto the line
+        off = nx * (mx - surface[X]) + ny * (my - surface[Y])
+        surface[X], surface[Y], surface[FLATNESS] = surface[X] + off * nx, surface[Y] + off * ny, -sides

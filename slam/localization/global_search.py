@@ -160,6 +160,7 @@ class GlobalSearch:
         starts = np.array([pose.as_array() for pose in poses])
         refined, covariances, converged = self._matched(known_map, scan, starts)
         refined = np.where(converged[:, None], refined, starts)
+        covariances = np.where(converged[:, None, None], covariances, 0.0)
         logs, fits = self._explained(known_map, scan, refined)
         return [
             Hypothesis(SE2.from_array(refined[i]), self._score(scan, logs[i]), covariances[i], float(fits[i].mean()))

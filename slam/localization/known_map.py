@@ -17,6 +17,9 @@ from slam.localization.wall_faces import faced
 from slam.matching.surface_field import SurfaceField
 from slam.se2 import SE2, FloatArray
 
+BESIDE = 0.1
+"""A point so near to a wall, along rows and columns, may be of it [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class KnownMap:
@@ -48,11 +51,12 @@ class KnownMap:
 
     @cached_property
     def beside_walls(self) -> NDArray[np.bool_]:
-        """(H, W) cells that are at most two cells from a wall."""
-        return np.asarray(binary_dilation(self.grid.likely(), np.ones((5, 5), np.bool_)), np.bool_)
+        """(H, W) cells that are at most `BESIDE` from a wall."""
+        reach = max(1, round(BESIDE / self.grid.geometry.resolution))
+        return np.asarray(binary_dilation(self.grid.likely(), np.ones((2 * reach + 1, 2 * reach + 1), np.bool_)), np.bool_)
 
     def share_on_walls(self, T_map_base: SE2, points: FloatArray) -> float:
-        """Share of points (M, 2) in base that lie at most two cells from a wall; 0 of none."""
+        """Share of points (M, 2) in base that lie beside a wall; 0 of none."""
         geometry = self.grid.geometry
         cells = np.floor((geometry.T_map_grid.inverse() @ T_map_base).transform(points) / geometry.resolution).astype(np.int64)[:, ::-1]
         inside = ((cells >= 0) & (cells < (geometry.height, geometry.width))).all(axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slam.localization.global_search import Hypothesis, same
 from slam.se2 import SE2
@@ -77,11 +77,15 @@ class Rivals:
 
     def meet(self, places: Sequence[Hypothesis], here: Hypothesis, stamp: float, T_odom_base: SE2) -> None:
         """Take up those that are new, at a scan at which the others were weighed, or the first one."""
+        self._all = [
+            replace(rival, place=replace(rival.place, T_map_base=at)) for rival, at in zip(self._all, self.places(T_odom_base), strict=True)
+        ]
         for place in places:
             known = any(same(rival.place.T_map_base, place.T_map_base, AGREE) for rival in self._all)
-            if not known and place.score > here.score and len(self._all) < MOST:
+            if not known and place.score > here.score:
                 self._all.append(Rival(place))
                 self._all[-1].add(place, here)
+        self._all = sorted(self._all, key=lambda rival: -rival.lead / rival.views)[:MOST]
         self._seen_at, self._stamp = T_odom_base, stamp
 
     def better(self, here: Hypothesis, gain: tuple[float, float], explained: float, odds: float) -> list[Hypothesis]:

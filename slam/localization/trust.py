@@ -54,7 +54,7 @@ class Trust:
         """Take in a scan, points (N, 2) in base [m], and where wheels lead to."""
         self._newest = T_odom_base
         share, compared = agreement(self._points, points, self._since(), (self._rules.tolerance, self._rules.tolerance_share))
-        self._broken = compared >= FEWEST and share < self._rules.agreement
+        self._broken = len(self._points) > 0 and (compared < FEWEST or share < self._rules.agreement)
         if self._broken and _length(self._since()) < self._rules.memory:
             return
         if self._broken:

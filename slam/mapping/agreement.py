@@ -19,13 +19,16 @@ ALIKE = 0.5
 ASIDE = 0.2
 """Largest share of odometry's way that the scans may see across it: a mount turned by more than 12 degrees."""
 
+STRAIGHT = 0.3
+"""Way with little turning, from which on the course is judged [m]."""
+
 
 class MotionAgreement:
     """Compares steps between scans, way and turn each on its own, over the last metre and radian."""
 
     def __init__(self) -> None:
         self._told, self._shared, self._covered = np.zeros(2), np.zeros(2), False
-        self._aside = 0.0
+        self._course = np.zeros(2)  # way and what of it the scans see across it: turns about a centre elsewhere fade as they go on
         self.broken = False
         """Over enough of a way or of a turn the scans tell of another motion."""
 
@@ -33,7 +36,7 @@ class MotionAgreement:
         """A step from scan to scan, as matching has it and as odometry has it, if it goes on to the newer scan: a gap is no step."""
         known, self._covered = covered and self._covered, covered
         if not known:
-            self._told, self._shared, self._aside, self.broken = np.zeros(2), np.zeros(2), 0.0, False
+            self._told, self._shared, self._course, self.broken = np.zeros(2), np.zeros(2), np.zeros(2), False
             return
         size = np.array([math.hypot(by_odometry.x, by_odometry.y), abs(by_odometry.yaw)])
         c, s = (by_odometry.x / size[0], by_odometry.y / size[0]) if size[0] > 0.0 else (0.0, 0.0)
@@ -42,7 +45,7 @@ class MotionAgreement:
         kept = np.exp(-size / MEMORY)
         self._told = kept * self._told + size
         self._shared = kept * self._shared + np.array([way, turn])
-        self._aside = float(kept[0]) * self._aside + aside
+        self._course = float(kept.prod()) * self._course + np.array([size[0], aside])
         judged = self._told > ENOUGH * MEMORY
-        askew = judged[0] and abs(self._aside) > ASIDE * self._told[0]
+        askew = self._course[0] > STRAIGHT and abs(self._course[1]) > ASIDE * self._course[0]
         self.broken = bool(askew or np.any(judged & (self._shared < ALIKE * self._told)))

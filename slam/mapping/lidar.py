@@ -51,7 +51,8 @@ class LidarPipeline:
 
     def _register(self, scan: LaserScan) -> None:
         cloud = self._front.ego.points(scan)
-        T_map_base = self._front.track(cloud, None if self._inserted is None else self._mapper.field)
+        first = self._inserted is None and len(cloud.points) > 0
+        T_map_base = self._front.track(cloud, None if first else self._mapper.field)
         self._path.append(scan.stamp, T_map_base)
         if len(cloud.points) > 0 and self._keyframes.passes(self._inserted, T_map_base):
             self._mapper.insert(T_map_base, cloud.points, cloud.origins)
@@ -59,6 +60,7 @@ class LidarPipeline:
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
         pose, covariance = self._front.at(frame.stamp)
-        reason = (FULL if self._mapper.full else "") or self._front.trouble or self._watch.silent(frame)
+        silent = self._watch.silent(frame)  # hears every frame
+        reason = (FULL if self._mapper.full else "") or self._front.trouble or silent
         status = Status.LOST if self._front.lost else Status.DEGRADED if reason else Status.TRACKING
         return Estimate(frame.stamp, pose, pose @ self._front.motion.wheels.inverse(), covariance, status, self._front.health, reason)

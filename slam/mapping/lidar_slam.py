@@ -37,6 +37,8 @@ class LidarSlam:
     keyframes: KeyframeGate = field(default_factory=KeyframeGate)
     kept: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.1, 0.1))
     """Least distance between scans that are kept for the polish."""
+    views: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.3, 0.4))
+    """The same in a full submap, where a scan only shows what is seen from there."""
     attempts: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.5, 0.5))
     """Motion between two attempts to recognise other submaps."""
     closing: LoopClosing = field(default_factory=LoopClosing)
@@ -48,7 +50,7 @@ class LidarSlam:
     length: float = 5.0
     """Way through new places after which a submap takes in no more of them: its own drift is never corrected [m]."""
     near: float = 1.0
-    """A full submap is the map of the places so near to its kept scans [m]."""
+    """A full submap is the map of the places so near to the scans that it kept until then [m]."""
     entry_known: float = 0.8
     """Share of a scan's points that an older submap must know for the robot to go on in it."""
     close_loops: bool = True
@@ -208,9 +210,10 @@ class LidarSlamPipeline:
 
     def _keep(self, submap: Submap, cloud: PointScan, pose: SE2) -> None:
         """Keep the scan where the submap has none from nearby: the memory is bounded by the area."""
-        if submap.is_new(pose, self._settings.kept):
+        widens = submap.travelled < self._settings.length
+        if submap.is_new(pose, self._settings.kept if widens else self._settings.views):
             points, origins = cloud.points.astype(np.float32), cloud.origins.astype(np.float32)
-            submap.keep(Keyframe(cloud.stamp, pose, points, origins, submap.travelled < self._settings.length))
+            submap.keep(Keyframe(cloud.stamp, pose, points, origins, widens))
 
     def _move_on(self, cloud: PointScan, pose: SE2) -> None:
         """Begin the next submap towards the border of this one, and go over into it behind."""
@@ -263,7 +266,8 @@ class LidarSlamPipeline:
             self._moved = self.front.motion.newest
             self._place(frame.stamp)
         pose, T_map_odom, covariance = self._placed
-        reason = (FULL if self._too_large else "") or self.front.trouble or self._watch.silent(frame)
+        silent = self._watch.silent(frame)  # hears every frame
+        reason = (FULL if self._too_large else "") or self.front.trouble or silent
         if self._unplaced:
             reason = "the scan is not recognised in the session's map"
         status = Status.LOST if self.front.lost or self._unplaced else Status.DEGRADED if reason else Status.TRACKING

@@ -44,7 +44,9 @@ class Polished:
 
 def polish(settings: Polish, map_settings: MapSettings, submaps: Sequence[Submap], path: SubmapPath) -> Polished | None:
     """The refined map and trajectory; None where the map would be too large."""
-    scans = [(submap, keyframe) for submap in submaps for keyframe in submap.keyframes]
+    widening = {keyframe.stamp for submap in submaps for keyframe in submap.keyframes if keyframe.widens}
+    kept = [(submap, keyframe) for submap in submaps for keyframe in submap.keyframes]
+    scans = [(submap, keyframe) for submap, keyframe in kept if keyframe.widens or keyframe.stamp not in widening]
     scans.sort(key=lambda scan: scan[1].stamp)
     before = [submap.T_map_submap @ keyframe.T_submap_base for submap, keyframe in scans]
     poses, keyframes = before, [keyframe for _, keyframe in scans]

@@ -13,7 +13,6 @@ import numpy as np
 from slam.depth_scans import DepthScan, Source, scans_of
 from slam.errors import require_not_negative, require_positive
 from slam.kernels import proposal
-from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.mapping.grid_mapper import FULL
 from slam.mapping.particle_maps import ParticleMaps
 from slam.mapping.particle_paths import ParticlePaths
@@ -93,7 +92,6 @@ class RbpfPipeline:
         self._updated: SE2 | None = None  # T_odom_base at the last update
         self._begun = False
         self._full = self._blind = False
-        self._agreement = MotionAgreement()
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
@@ -126,9 +124,7 @@ class RbpfPipeline:
     def _filter(self, cloud: PointScan, step: SE2) -> None:
         """Algorithm 1: propose, weigh, draw the scan into the maps, resample."""
         if self._begun:
-            before = SE2.from_array(self._poses[self._best])
             self._propose(cloud.points, step)
-            self._agreement.add(before.inverse() @ SE2.from_array(self._poses[self._best]), step, self._motion.newest >= cloud.stamp)
         self._full = not self._maps.insert(self._poses, cloud.points, cloud.origins)
         weights = np.exp(self._log_weights - self._log_weights.max())
         weights /= weights.sum()
@@ -176,8 +172,8 @@ class RbpfPipeline:
         weights = np.exp(self._log_weights - self._log_weights.max())
         covariance = _spread(self._poses, weights / weights.sum(), self._poses[self._best])
         covariance = self._settings.noise.propagate(covariance, pose @ since.inverse(), since)
-        reason = (FULL if self._full else BLIND if self._blind else "") or self._watch.silent(frame)
-        reason = reason or (DISAGREE if self._agreement.broken else "")
+        silent = self._watch.silent(frame)  # hears every frame
+        reason = (FULL if self._full else BLIND if self._blind else "") or silent
         status = Status.DEGRADED if reason else Status.TRACKING
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, 1.0, reason)
 

@@ -25,7 +25,7 @@ class SensorWatch:
         """Names the sensors that this body has and that are silent, or say nothing finite; empty when all is well."""
         readings: dict[str, Sequence[WheelOdometry | Imu | LaserScan]] = {
             "odometry": [reading for reading in frame.odometry if math.isfinite(sum(reading.T_odom_base.as_array()))],
-            "imu": frame.imu,
+            "imu": [reading for reading in frame.imu if math.isfinite(reading.yaw_rate)],
             "scans": frame.scans,
         }
         late = [_NAMES[sensor] for sensor, new in readings.items() if sensor in frame.available and self._late(sensor, new, frame.stamp)]

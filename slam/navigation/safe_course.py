@@ -60,6 +60,8 @@ class SafeCoursePolicy:
 
     def _answer(self, scan: LaserScan) -> Twist:
         s = self._settings
+        if not bool(np.any(scan.ranges >= scan.range_min)):  # a lidar that sees nothing shows no free way
+            return Twist(0.0, 0.0)
         rooms = np.minimum(room(deskew(scan, STILL).points, s.half_width), s.enough)
         ahead = float(rooms[len(rooms) // 2])
         best = float(HEADINGS[int(np.argmax(rooms - 0.1 * np.abs(HEADINGS)))])

@@ -79,12 +79,12 @@ def test_an_option_that_a_recording_does_not_have(argv, problem, refused, record
         ("[map]\nresolution = 0", "MapSettings.resolution = 0.0; must be above 0"),
         ("[map]\nresolution = nan", "MapSettings.resolution = nan; must be above 0"),
         ("[map]\nresolution = 1e-9", "cells of 1e-09 m is too large"),
-        ("[matcher]\niterations = 1.5", "Expected `int`, got `float` - at `$.matcher.iterations`"),
-        ("[search]\nbeams = 0", "Correlative.beams = 0; must be above 0"),
-        ("[noise]\nyaw_floor = -1.0", "MotionNoise.yaw_floor = -1.0; must be above 0"),
+        ("[tracking.matcher]\niterations = 1.5", "Expected `int`, got `float` - at `$.tracking.matcher.iterations`"),
+        ("[tracking.search]\nbeams = 0", "Correlative.beams = 0; must be above 0"),
+        ("[tracking.noise]\nyaw_floor = -1.0", "MotionNoise.yaw_floor = -1.0; must be above 0"),
         ("map = 3", "'map' must be a table of parameters, not 3"),
         ("parameters = 3", "'parameters' must be a table of parameters, not 3"),
-        ("search_above = {a = 1}", "Expected `float`, got `object` - at `$.search_above`"),
+        ("tracking.search_above = {a = 1}", "Expected `float`, got `object` - at `$.tracking.search_above`"),
         ("[map", "not TOML: "),
         ("x = " + "[" * 2000, "not TOML: "),
     ],
@@ -96,7 +96,7 @@ def test_a_parameter_that_cannot_be(text, problem, refused, tmp_path):
 
 
 def test_parameters_of_another_pipeline(refused, recorded_run):
-    assert "no parameter 'search_above'; available: " in refused("--params", str(recorded_run / "config.toml"), "--pipeline", "odometry")
+    assert "no parameter 'tracking'; available: " in refused("--params", str(recorded_run / "config.toml"), "--pipeline", "odometry")
 
 
 def test_a_world_file_with_an_error_names_the_line(refused, tmp_path):
