@@ -122,8 +122,7 @@ class FrontEnd:
 
     def _correct(self, cloud: PointScan, surfaces: SurfaceField, guess: SE2, increment: SE2) -> SE2:
         s = self.settings
-        prior = s.noise.with_floor(increment) * self._inflation
-        prior[:2, :2] = guess.rotation() @ prior[:2, :2] @ guess.rotation().T
+        prior = s.noise.with_floor(increment) * self._inflation  # in the local frame too: it is the same in x and y
         match = self._refined(cloud, surfaces, guess, prior)
         if not self.usable(match):  # the guess may be worse than odometry says
             match = self._searched(cloud, surfaces, guess, prior * DISTRUST)

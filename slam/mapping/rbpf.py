@@ -139,7 +139,7 @@ class RbpfPipeline:
         poses = np.array([pose.as_array() for pose in predicted])
         poses[:, :2] -= self._maps.corner
         information = np.asarray(np.linalg.inv(s.noise.with_floor(step)), np.float64)
-        beliefs = np.array([_turned(information, pose.yaw) for pose in predicted])
+        beliefs = np.tile(information, (len(poses), 1, 1))  # in the map's frame too: it is the same in x and y
         draws = self._rng.uniform(-1.0, 1.0, (len(poses), s.samples, 3)), self._rng.standard_normal((len(poses), 3))
         gained = np.zeros(len(poses))
         model, limits = (s.resolution, s.sigma, s.together), (s.iterations, s.inliers_min)
@@ -176,13 +176,6 @@ class RbpfPipeline:
         reason = (FULL if self._full else BLIND if self._blind else "") or silent
         status = Status.DEGRADED if reason else Status.TRACKING
         return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, 1.0, reason)
-
-
-def _turned(information: FloatArray, yaw: float) -> FloatArray:
-    """An information matrix (3, 3) of the body's frame in the map's."""
-    R = np.eye(3)
-    R[:2, :2] = SE2(yaw=yaw).rotation()
-    return R @ information @ R.T
 
 
 def _spread(poses: FloatArray, weights: FloatArray, about: FloatArray) -> FloatArray:

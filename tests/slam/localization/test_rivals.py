@@ -59,3 +59,20 @@ def test_a_robot_that_stands_still_has_another_opinion_only_after_a_while():
     assert not rivals.due(0.2, SE2())
     assert rivals.due(0.6, SE2())
     assert rivals.due(0.2, SE2(0.1))
+
+
+def test_a_better_place_takes_the_room_of_the_worst_of_many():
+    rivals, here = Rivals(), hypothesis(HERE, -60.0, 0.3)
+    crowd = [hypothesis(SE2(10.0 + 2.0 * k, 0.0), -50.0, 0.4) for k in range(12)]
+    rivals.meet(crowd, here, 0.0, SE2())
+    assert len(rivals) < len(crowd)
+    rivals.meet([hypothesis(FAR, -5.0, 0.9)], here, 0.5, SE2())
+    assert any(place == FAR for place in rivals.places(SE2()))
+
+
+def test_places_met_at_a_scan_that_weighed_nobody_leave_the_others_where_odometry_leads():
+    rivals, here = Rivals(), hypothesis(HERE, -60.0, 0.3)
+    rivals.meet([hypothesis(FAR, -5.0, 0.9)], here, 0.0, SE2())
+    rivals.meet([], here, 0.1, SE2(0.06))
+    rivals.meet([], here, 0.2, SE2(0.12))
+    np.testing.assert_allclose(rivals.places(SE2(0.12))[0].as_array(), (FAR @ SE2(0.12)).as_array(), atol=1e-12)

@@ -85,3 +85,13 @@ def test_impossible_parameters_are_refused(wrong):
 def test_a_start_pose_is_where_all_particles_begin():
     pipeline = Rbpf(particles=3).build(SE2(1.0, 2.0, 0.5))
     assert pipeline.snapshot().map.occupied().sum() == 0
+
+
+def test_maps_drawn_side_by_side_are_those_drawn_one_by_one():
+    poses = [(0.1 * k, -0.05 * k, 0.2 * k) for k in range(9)]
+    together = drawn(poses)
+    for k, pose in enumerate(poses):
+        alone = drawn([pose]).grid(0)
+        points, values = alone.wall_points(), together.grid(k).wall_points()
+        assert len(points) > 50
+        np.testing.assert_allclose(np.sort(values, axis=0), np.sort(points, axis=0), atol=1e-6)

@@ -40,6 +40,19 @@ def test_a_session_comes_back_as_it_was(folder: Path, tmp_path: Path) -> None:
             np.testing.assert_allclose(new[name], old[name], atol=1e-9)
 
 
+def test_what_a_full_submap_still_saw_is_kept_and_does_not_widen_it(tmp_path: Path, two_rounds: list[SensorFrame]) -> None:
+    pipeline = LidarSlam(length=1.0, near=2.0).build()
+    for frame in two_rounds[: len(two_rounds) // 2]:
+        pipeline.update(frame)
+    pipeline.save(tmp_path)
+    first, restored = pipeline.submaps[0], load_session(tmp_path, MapSettings())
+    assert restored is not None
+    assert not all(keyframe.widens for keyframe in first.keyframes)
+    assert [keyframe.widens for keyframe in restored[0].keyframes] == [keyframe.widens for keyframe in first.keyframes]
+    assert restored[0].travelled == pytest.approx(first.travelled)
+    assert restored[0].travelled < 1.5
+
+
 def test_the_robot_finds_itself_where_it_began(folder: Path, round_poses: list[SE2], drive_from: Any) -> None:
     pipeline = LidarSlam(mapping=False).build()
     assert pipeline.resume(folder)

@@ -10,6 +10,7 @@ import pytest
 from slam.mapping.grid_mapper import MapSettings
 from slam.mapping.loop_closing import LoopClosing, recognise
 from slam.mapping.submap import Keyframe, Submap
+from slam.motion.keyframes import KeyframeGate
 from slam.scans import PointScan
 from slam.se2 import SE2, FloatArray
 
@@ -80,3 +81,13 @@ def test_only_what_the_submap_has_seen_is_recognised(submap: Submap, lanes: Any,
         error = true.inverse() @ found.T_submap_base
         assert np.hypot(error.x, error.y) < 0.02
         assert abs(error.yaw) < 0.01
+
+
+def test_a_scan_that_only_shows_what_is_seen_does_not_widen_the_submap(lanes: Any, submap: Submap) -> None:
+    travelled, pose = submap.travelled, SE2(0.0, 1.5)
+    cloud = scan(lanes, pose, 20)
+    points, origins = cloud.points.astype(np.float32), cloud.origins.astype(np.float32)
+    submap.keep(Keyframe(cloud.stamp, pose, points, origins, widens=False))
+    assert submap.travelled == travelled
+    assert submap.outside(pose) == pytest.approx(1.0)
+    assert not submap.is_new(pose, KeyframeGate(0.1, 0.1))
