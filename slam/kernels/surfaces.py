@@ -20,7 +20,7 @@ FLAT, GATHERED = 0.05, 0.15
 """Largest ratios of the variances across and along, of hits that make a line, and of hits that gather along one if they scatter little.
 The slanted line through the hits of two walls at a corner would draw every scan into it."""
 
-NOISE = 0.02
+NOISE = 0.025
 """Hits that scatter no more than this across [m] gather along a line: a wall that has not been hit often."""
 
 
