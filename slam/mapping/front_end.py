@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
+from slam.kernels.sight import pierced
 from slam.mapping.agreement import DISAGREE, MotionAgreement
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
@@ -22,6 +23,8 @@ DISTRUST = 1e4
 """Inflation of odometry's covariance when its guess fits nothing."""
 LOST_AFTER = 10
 """Unusable matches in a row after which the pose is lost."""
+SEEN_THROUGH = 0.05
+"""Share of a scan's beams from which on they cannot all pass known walls by noise: the pose is wrong."""
 UNMATCHED = "the scan does not match the map"
 """Reason of an estimate."""
 
@@ -124,7 +127,7 @@ class FrontEnd:
         s = self.settings
         prior = s.noise.with_floor(increment) * self._inflation  # in the local frame too: it is the same in x and y
         match = self._refined(cloud, surfaces, guess, prior)
-        if not self.usable(match):  # the guess may be worse than odometry says
+        if not self.usable(match) and (self.lost or not blocked(cloud, surfaces, guess)):  # the guess may be worse than odometry says
             match = self._searched(cloud, surfaces, guess, prior * DISTRUST)
         self.match = match
         self.misses = 0 if self.usable(match) else self.misses + 1
@@ -157,3 +160,10 @@ class FrontEnd:
         step = correction.as_array()
         surprise = step @ np.linalg.solve(self.settings.noise.with_floor(increment), step) / 3.0
         self._inflation = max(0.9 * self._inflation + 0.1 * float(surprise), 1.0)
+
+
+def blocked(cloud: PointScan, surfaces: SurfaceField, T_local_base: SE2) -> bool:
+    """Whether a scan that fits no surface is no argument against its pose: what is new stands in front, and no wall is seen through."""
+    T_grid_base = surfaces.pose_in_grid(T_local_base)
+    through = pierced(T_grid_base.transform(cloud.origins), T_grid_base.transform(cloud.points), surfaces.arrays)
+    return float(through.mean()) < SEEN_THROUGH if len(through) else True

@@ -75,6 +75,11 @@ def all_beams(value: float) -> Callable[[LaserScan], LaserScan]:
     return lambda scan: replace(scan, ranges=np.full(len(scan.ranges), value))
 
 
+def surrounded(scan: LaserScan) -> LaserScan:
+    """Somebody stands at the robot: one beam in six passes."""
+    return replace(scan, ranges=np.where(np.arange(len(scan.ranges)) % 6, np.minimum(scan.ranges, 0.15), scan.ranges))
+
+
 def believed_at(T: SE3) -> Callable[[LaserScan], LaserScan]:
     """The lidar is turned against what the robot believes of its mount."""
     return lambda scan: replace(scan, T_base_laser=scan.T_base_laser @ T)
@@ -103,6 +108,7 @@ SPOILT: dict[str, Callable[[Frames], Frames]] = {
     "nothing in range": scans(all_beams(math.inf)),
     "no valid beam for a while": scans(all_beams(math.nan), BEGIN, END),
     "nothing in range for a while": scans(all_beams(math.inf), BEGIN, END),
+    "surrounded for a while": scans(surrounded, BEGIN, BEGIN + 0.8),
     "odometry jumps": odometry(jumped, BEGIN),
     "all comes twice": twice,
     "odometry not finite": odometry(not_finite),
@@ -177,6 +183,12 @@ def test_scans_that_show_nothing_draw_no_wall(told: Callable[[str, str], Told], 
 @pytest.mark.parametrize("spoilt", ["odometry jumps", "all comes twice"])
 def test_a_jump_or_a_repetition_moves_nothing(told: Callable[[str, str], Told], drive: Drive, mapper: str, spoilt: str) -> None:
     assert worst(told(mapper, spoilt), drive) < CLOSE
+
+
+def test_somebody_who_stands_at_the_robot_does_not_push_the_pose(told: Callable[[str, str], Told], drive: Drive) -> None:
+    after = told("lidar_slam", "surrounded for a while")
+    assert worst(after, drive) < 0.05
+    assert after.estimates[-1].status == Status.TRACKING
 
 
 @pytest.mark.parametrize("spoilt", ["odometry not finite", "odometry not finite for a while", "odometry not finite from a time on"])
