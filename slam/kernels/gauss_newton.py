@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import inlined, njit
-from slam.kernels.localizability import RANGE_NOISE, turned
+from slam.kernels.localizability import RANGE_NOISE
 from slam.kernels.localizability import information as scan_information
 from slam.kernels.sandwich import (
     H00,
@@ -29,6 +29,7 @@ from slam.kernels.sandwich import (
     usable,
 )
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
+from slam.kernels.uncertainty import turned
 
 Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
 """Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""

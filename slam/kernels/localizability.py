@@ -119,23 +119,6 @@ def _variance(line: Line, noise: Noise) -> float:
 
 
 @njit
-def turned(covariance: Floats, yaw: float) -> Floats:
-    """R covariance R^T with the rotation R of the plane by `yaw`; of an information matrix as well."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    half = np.empty((3, 3))
-    for j in range(3):
-        half[0, j] = c * covariance[0, j] - s * covariance[1, j]
-        half[1, j] = s * covariance[0, j] + c * covariance[1, j]
-        half[2, j] = covariance[2, j]
-    turned = np.empty((3, 3))
-    for i in range(3):
-        turned[i, 0] = c * half[i, 0] - s * half[i, 1]
-        turned[i, 1] = s * half[i, 0] + c * half[i, 1]
-        turned[i, 2] = half[i, 2]
-    return turned
-
-
-@njit
 def _straight(line: Line, noise: Noise) -> bool:
     return line[6] <= STRAIGHT * STRAIGHT * _variance(line, noise) * line[0]
 

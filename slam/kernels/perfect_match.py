@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.localizability import turned
 from slam.kernels.sandwich import UNBOUNDED, blocks_of, inverse, settle, usable
+from slam.kernels.uncertainty import turned
 
 Floats = NDArray[np.float64]
 Table = tuple[NDArray[np.float32], float]

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.localizability import RANGE_NOISE, in_order, turned
+from slam.kernels.localizability import RANGE_NOISE, in_order
 from slam.kernels.localizability import information as scan_information
 from slam.kernels.sandwich import JUMP, NOWHERE, UNBOUNDED, close_block, inverse, narrow, opens_block, settle, usable
+from slam.kernels.uncertainty import turned
 
 Floats = NDArray[np.float64]
 Target = tuple[Floats, Floats]

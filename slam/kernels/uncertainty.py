@@ -23,7 +23,7 @@ def carried(covariance: NDArray[np.float64], x: float, y: float, yaw: float) -> 
 
 @njit
 def turned(covariance: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
-    """The covariance (3, 3) of (x, y, yaw) in axes turned by -`yaw`."""
+    """The covariance (3, 3) of (x, y, yaw) in axes turned by -`yaw`; of an information matrix as well."""
     return _enclosed(covariance, np.cos(yaw), np.sin(yaw), 0.0, 0.0)
 
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.kernels import localizability as kernels
+from slam.kernels.uncertainty import turned
 from slam.se2 import SE2, FloatArray
 
 
 def scan_information(points: FloatArray, T_target_source: SE2) -> FloatArray:
     """Fisher information (3, 3) of (x, y, yaw) in the target frame of a scan's points (M, 2) [m], in any order."""
-    return kernels.turned(kernels.information(points, kernels.RANGE_NOISE), T_target_source.yaw)
+    return turned(kernels.information(points, kernels.RANGE_NOISE), T_target_source.yaw)
 
 
 @dataclass(frozen=True, slots=True)
