@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.gauss_newton import Field, match_in_map
+from slam.kernels.gauss_newton import match_in_map
 from slam.kernels.jit import njit
+from slam.kernels.meetings import Field
 from slam.kernels.rays import cast
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
 

@@ -54,7 +54,7 @@ def information(points: Floats, noise: Noise) -> Floats:
     scattered normals alone claim to know the way along a corridor to a centimetre.
     """
     points = in_order(points)
-    sums = _running_sums(points)
+    sums = running_sums(points)
     total = np.zeros((3, 3))
     todo = np.empty((len(points) + 1, 2), np.int64)
     todo[0, 0], todo[0, 1] = 0, len(points)
@@ -81,7 +81,7 @@ def information(points: Floats, noise: Noise) -> Floats:
 
 
 @njit
-def _running_sums(points: Floats) -> Floats:
+def running_sums(points: Floats) -> Floats:
     """(M + 1, 5) sums of x, y, x^2, x y, y^2 before each point."""
     sums = np.zeros((len(points) + 1, 5))
     for i in range(len(points)):
@@ -95,15 +95,23 @@ def _running_sums(points: Floats) -> Floats:
 
 
 @njit
+def scatter(sums: Floats, first: int, last: int) -> tuple[float, float, float, float, float]:
+    """Middle x, y and sums of squares x x, x y, y y about it, of the points from `first` to before `last`, by their running sums."""
+    n = float(last - first)
+    mx, my = (sums[last, 0] - sums[first, 0]) / n, (sums[last, 1] - sums[first, 1]) / n
+    a = sums[last, 2] - sums[first, 2] - n * mx * mx
+    b = sums[last, 3] - sums[first, 3] - n * mx * my
+    d = sums[last, 4] - sums[first, 4] - n * my * my
+    return mx, my, a, b, d
+
+
+@njit
 def _line(sums: Floats, first: int, last: int) -> Line:
     """The line nearest to the points from `first` to before `last`."""
     n = float(last - first)
     if n < 1.0:
         return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
-    mx, my = (sums[last, 0] - sums[first, 0]) / n, (sums[last, 1] - sums[first, 1]) / n
-    a = sums[last, 2] - sums[first, 2] - n * mx * mx
-    b = sums[last, 3] - sums[first, 3] - n * mx * my
-    d = sums[last, 4] - sums[first, 4] - n * my * my
+    mx, my, a, b, d = scatter(sums, first, last)
     spread = np.sqrt(0.25 * (a - d) ** 2 + b * b)
     angle = 0.5 * np.arctan2(2.0 * b, a - d)
     return n, mx, my, -np.sin(angle), np.cos(angle), max(0.5 * (a + d) + spread, 1e-12), max(0.5 * (a + d) - spread, 0.0)

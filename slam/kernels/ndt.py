@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from slam.kernels.jit import njit
 from slam.kernels.localizability import RANGE_NOISE, in_order
 from slam.kernels.localizability import information as scan_information
-from slam.kernels.sandwich import UNBOUNDED, Residuals, blocks_of, inverse, narrow, settle, usable
+from slam.kernels.normal_equations import descend, write_equations
+from slam.kernels.sandwich import STEP, UNBOUNDED, Residuals, blocks_of, narrow, settle, usable
+from slam.kernels.symmetric import inverse
 from slam.kernels.uncertainty import turned
 
 Floats = NDArray[np.float64]
@@ -21,8 +23,6 @@ FEWEST = 4
 """Points that make a distribution."""
 COMMON = 0.1
 """What half a metre of wall has in common beyond what is seen of it, in deviations of the distributions."""
-STEP = 0.02
-"""Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
 
 
 @njit
@@ -105,15 +105,7 @@ def match(
     for _ in range(iterations):
         n += 1
         rms, share = _accumulate((source, 1), cells, pose, softness, H, g)
-        S = inverse(H + information)
-        largest = 0.0
-        for i in range(3):
-            for j in range(3):
-                g[i] += information[i, j] * (pose[j] - mean[j])
-        for i in range(3):
-            step = S[i, 0] * g[0] + S[i, 1] * g[1] + S[i, 2] * g[2]
-            pose[i] -= step
-            largest = max(largest, abs(step))
+        largest = descend(H, g, pose, (mean, information))
         converged = largest < 4.0 * tolerance
         if softness == 1.0 and largest < tolerance:
             break
@@ -163,10 +155,7 @@ def _accumulate(beams: tuple[Floats, int], cells: Cells, pose: Floats, softness:
             g1 += p * ny * across + q * nx * along
             g2 += p * turn * across + q * slide * along
         found += near
-    H[0, 0], H[0, 1], H[0, 2] = stride * h00, stride * h01, stride * h02
-    H[1, 0], H[1, 1], H[1, 2] = stride * h01, stride * h11, stride * h12
-    H[2, 0], H[2, 1], H[2, 2] = stride * h02, stride * h12, stride * h22
-    g[0], g[1], g[2] = stride * g0, stride * g1, stride * g2
+    write_equations((h00, h01, h02, h11, h12, h22, g0, g1, g2), stride, H, g)
     return np.sqrt(squares / total) if total > 0.0 else 0.0, min(stride * found / max(len(source), 1), 1.0)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
+from slam.kernels.symmetric import add_square, enclosed, inverse, is_positive, times, with_floor
 
 Floats = NDArray[np.float64]
 Residuals = tuple[Floats, Floats, Floats, Floats, int]
@@ -24,6 +25,8 @@ H00, H01, H02, H11, H12, H22, S0, S1, S2, A0, A1, A2 = range(12)
 """Columns of a block: sums of w J^T J, w J^T r and w J^T."""
 Sums = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
 """Of one block, in the order of its columns."""
+ZERO = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Sums of no point."""
 NOWHERE = (np.inf, np.inf, 0.0)
 """Before the first point."""
 UNBOUNDED = np.zeros((3, 3))
@@ -32,6 +35,8 @@ SURE = 1.0 / 0.008**2
 """Information that is more than chance slopes give: things too small to be lines may well give it [1/m^2]."""
 NARROW = 0.25
 """Ratio of the worse to the better known axis below which a geometry may be a corridor."""
+STEP = 0.02
+"""Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
 BLOCK = 0.5
 """Length of the wall whose beams count as one [m]."""
 JUMP = 0.3
@@ -106,13 +111,13 @@ def settle(blocks: Floats, N: Floats, prior: tuple[Floats, Floats], fisher: Floa
         for i in range(12):
             total[i] += blocks[k, i]
     H = np.array([[total[H00], total[H01], total[H02]], [total[H01], total[H11], total[H12]], [total[H02], total[H12], total[H22]]])
-    M = inverse(_with_floor(_meat(blocks, inverse(_with_floor(H)), total[S0 : S2 + 1], common)))
-    G = _enclosed(N, M)
+    M = inverse(with_floor(_meat(blocks, inverse(with_floor(H)), total[S0 : S2 + 1], common)))
+    G = enclosed(N, M)
     weak = _weakness(G, fisher) if fisher.any() else np.eye(3)
     information = inverse(prior[1])
-    push = _times(weak, _times(weak, _times(N, _times(M, total[S0 : S2 + 1]))))
-    covariance = inverse(_enclosed(weak, G) + information)
-    return _times(covariance, -push - _times(information, prior[0])), covariance
+    push = times(weak, times(weak, times(N, times(M, total[S0 : S2 + 1]))))
+    covariance = inverse(enclosed(weak, G) + information)
+    return times(covariance, -push - times(information, prior[0])), covariance
 
 
 @njit
@@ -137,24 +142,10 @@ def _weakness(G: Floats, fisher: Floats) -> Floats:
 
 
 @njit
-def _with_floor(A: Floats) -> Floats:
-    """A plus so little that it can be inverted."""
-    return A + (1e-9 * (A[0, 0] + A[1, 1] + A[2, 2]) + 1e-12) * np.eye(3)
-
-
-@njit
-def _times(A: Floats, v: Floats) -> Floats:
-    u = np.empty(3)
-    for i in range(3):
-        u[i] = A[i, 0] * v[0] + A[i, 1] * v[1] + A[i, 2] * v[2]
-    return u
-
-
-@njit
 def _meat(blocks: Floats, L: Floats, g: Floats, common: float) -> Floats:
     """Sum of the squared gradients of the blocks (3, 3) where the residuals' own answer is, L the inverse of their H."""
     M = np.zeros((3, 3))
-    x0, x1, x2 = _times(L, g)
+    x0, x1, x2 = times(L, g)
     for k in range(len(blocks)):
         b = blocks[k]
         s0 = b[S0] - b[H00] * x0 - b[H01] * x1 - b[H02] * x2
@@ -169,38 +160,18 @@ def _meat(blocks: Floats, L: Floats, g: Floats, common: float) -> Floats:
             f0 = s0 + b[H00] * u0 + b[H01] * u1 + b[H02] * u2
             f1 = s1 + b[H01] * u0 + b[H11] * u1 + b[H12] * u2
             f2 = s2 + b[H02] * u0 + b[H12] * u1 + b[H22] * u2
-        _add_square(M, f0, f1, f2)
-        _add_square(M, common * b[A0], common * b[A1], common * b[A2])
+        add_square(M, f0, f1, f2)
+        add_square(M, common * b[A0], common * b[A1], common * b[A2])
     return M
 
 
 @njit
-def _add_square(B: Floats, x: float, y: float, z: float) -> None:
-    """B += (x, y, z)^T (x, y, z)."""
-    B[0, 0] += x * x
-    B[0, 1] += x * y
-    B[0, 2] += x * z
-    B[1, 1] += y * y
-    B[1, 2] += y * z
-    B[2, 2] += z * z
-    B[1, 0], B[2, 0], B[2, 1] = B[0, 1], B[0, 2], B[1, 2]
-
-
-@njit
-def _enclosed(A: Floats, B: Floats) -> Floats:
-    """A B A of symmetric matrices (3, 3)."""
-    C = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                C[i, j] += A[i, k] * B[k, j]
-    D = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(i, 3):
-            for k in range(3):
-                D[i, j] += C[i, k] * A[k, j]
-            D[j, i] = D[i, j]
-    return D
+def reach(points: NDArray[np.float64]) -> float:
+    """How far points (M, 2) are, root mean square [m]: a slope by the heading is measured over `STEP` there."""
+    squares = 0.0
+    for i in range(len(points)):
+        squares += points[np.uint32(i), 0] * points[np.uint32(i), 0] + points[np.uint32(i), 1] * points[np.uint32(i), 1]
+    return max(np.sqrt(squares / max(len(points), 1)), STEP)
 
 
 @njit
@@ -211,7 +182,7 @@ def usable(slope: Floats, reach: float) -> Floats:
     for i in range(3):
         for j in range(3):
             S[i, j] = 0.5 * (slope[i, j] + slope[j, i]) * scale[i] * scale[j]
-    if not _positive(S):
+    if not is_positive(S):
         values, vectors = np.linalg.eigh(S)
         for i in range(3):
             for j in range(3):
@@ -222,26 +193,3 @@ def usable(slope: Floats, reach: float) -> Floats:
         for j in range(3):
             S[i, j] /= scale[i] * scale[j]
     return S
-
-
-@njit
-def _positive(S: Floats) -> bool:
-    """Whether a symmetric matrix (3, 3) has positive eigenvalues only, by Sylvester's criterion: much sooner known than they are."""
-    minor = S[0, 0] * S[1, 1] - S[0, 1] * S[0, 1]
-    rest = S[2, 2] * minor - S[0, 0] * S[1, 2] * S[1, 2] - S[1, 1] * S[0, 2] * S[0, 2] + 2.0 * S[0, 1] * S[1, 2] * S[0, 2]
-    return S[0, 0] > 0.0 and minor > 0.0 and rest > 0.0
-
-
-@njit
-def inverse(A: Floats) -> Floats:
-    """Inverse of a symmetric positive definite 3 x 3 matrix by its adjugate; nan where it is singular."""
-    B = np.empty((3, 3))
-    B[0, 0] = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2]
-    B[0, 1] = A[0, 2] * A[1, 2] - A[0, 1] * A[2, 2]
-    B[0, 2] = A[0, 1] * A[1, 2] - A[0, 2] * A[1, 1]
-    B[1, 1] = A[0, 0] * A[2, 2] - A[0, 2] * A[0, 2]
-    B[1, 2] = A[0, 1] * A[0, 2] - A[0, 0] * A[1, 2]
-    B[2, 2] = A[0, 0] * A[1, 1] - A[0, 1] * A[0, 1]
-    B[1, 0], B[2, 0], B[2, 1] = B[0, 1], B[0, 2], B[1, 2]
-    det = A[0, 0] * B[0, 0] + A[0, 1] * B[0, 1] + A[0, 2] * B[0, 2]
-    return B / det if det > 0.0 else np.full((3, 3), np.nan)

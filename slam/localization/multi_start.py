@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import require_positive
-from slam.kernels import perfect_match as kernels
 from slam.kernels import rays
+from slam.kernels import starts as kernels
 from slam.localization.error_table import ErrorTable
 from slam.localization.known_map import KnownMap
 from slam.localization.matching_optimisation import MatchingOptimisation

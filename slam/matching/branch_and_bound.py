@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.errors import ParameterError, require_not_negative, require_positive
 from slam.kernels import branch_and_bound as kernels
+from slam.kernels.lattice import Lattice, cost_at
 from slam.kernels.merging import merge
 from slam.matching.score_pyramid import LEVELS, ScorePyramid
 from slam.messages import read_only
@@ -120,7 +121,7 @@ class BranchAndBound:
         ]
         return 0.5 * sum(way.score for way in ways if way is not None)
 
-    def _lattice(self, pyramid: ScorePyramid, thinned: FloatArray, centre: SE2, window: tuple[float, float]) -> kernels.Lattice:
+    def _lattice(self, pyramid: ScorePyramid, thinned: FloatArray, centre: SE2, window: tuple[float, float]) -> Lattice:
         middle = pyramid.T_map_grid.inverse() @ centre
         farthest = max(float(np.hypot(thinned[:, 0], thinned[:, 1]).max()), 1.0)
         step = self.step or 1.0 / farthest
@@ -129,7 +130,7 @@ class BranchAndBound:
         start = np.array([middle.x / pyramid.resolution, middle.y / pyramid.resolution, middle.yaw])
         return start, step, cells, turns, price / max(cells, 1) ** 2, price / max(turns, 1) ** 2
 
-    def _best(self, pyramid: ScorePyramid, thinned: FloatArray, lattice: kernels.Lattice, min_score: float) -> Found | None:
+    def _best(self, pyramid: ScorePyramid, thinned: FloatArray, lattice: Lattice, min_score: float) -> Found | None:
         _, step, cells, turns, _, _ = lattice
         levels = min(LEVELS, max(0, (2 * cells + 1).bit_length() - 2))
         zero, span = float(pyramid.outside * len(thinned)), (255.0 - pyramid.outside) * len(thinned)
@@ -140,7 +141,7 @@ class BranchAndBound:
         best, rival, moments = kernels.find(tables, thinned, lattice, zero, limits)
         if best[1] < 0:
             return None
-        score = (best[0] + kernels.cost_at(best[1:], lattice) - zero) / span
+        score = (best[0] + cost_at(best[1:], lattice) - zero) / span
         ambiguity = (rival[0] - zero) / (best[0] - zero) if rival[1] >= 0 else 0.0
         in_grid = SE2(
             (lattice[0][0] + best[3]) * pyramid.resolution,

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from slam.errors import ParameterError, require_positive
-from slam.kernels.sandwich import Residuals, blocks_of, settle, usable
+from slam.kernels.sandwich import STEP, Residuals, blocks_of, settle, usable
 from slam.matching.localizability import scan_information
 from slam.matching.match import Match, no_prior
 from slam.se2 import SE2, FloatArray, wrap_angle
@@ -19,8 +19,6 @@ FEWEST_PAIRS = 3
 """Two pairs fix a rigid motion, the third says how well."""
 SMALLEST_SPREAD = 1e-12
 """Sum of squared distances of the paired points to their mean below which they have no direction [m^2]."""
-STEP = 0.02
-"""Half the step over which the gradient's slope is measured: the width of a lidar's noise [m]."""
 COMMON = 0.2
 """Share of the residual that half a metre of wall has in common beyond what is seen of it."""
 ORBIT_SHARE = 0.1

@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.errors import ParameterError, require_positive
 from slam.kernels import plicp as kernels
+from slam.kernels.line_target import Target, prepare
 from slam.matching.match import Match, no_prior
 from slam.se2 import SE2, FloatArray
 
@@ -42,11 +43,11 @@ class PlIcp:
         if not 0.0 < self.trim <= 1.0:
             raise ParameterError(self, "trim", "above 0 and at most 1")
 
-    def prepare(self, target: FloatArray) -> kernels.Target:
+    def prepare(self, target: FloatArray) -> Target:
         """The target's points (N, 2) [m] in order, with their lines: once for many sources."""
-        return kernels.prepare(target, self.half)
+        return prepare(target, self.half)
 
-    def match(self, source: FloatArray, target: kernels.Target, guess: SE2, prior: FloatArray) -> Match:
+    def match(self, source: FloatArray, target: Target, guess: SE2, prior: FloatArray) -> Match:
         """Lay points (M, 2) [m] over a prepared target; `prior` is the covariance (3, 3) of the guess."""
         start = guess.as_array()
         settings = (self.iterations, self.tolerance, self.max_distance, self.trim, self.adaptive)

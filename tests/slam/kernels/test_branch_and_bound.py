@@ -5,6 +5,7 @@ import pytest
 
 from slam.kernels import branch_and_bound as kernels
 from slam.kernels import score_tables
+from slam.kernels.lattice import Lattice
 from slam.kernels.merging import merge
 from slam.matching.score_pyramid import ScorePyramid
 from slam.se2 import FloatArray
@@ -21,7 +22,7 @@ def scene(seed: int) -> tuple[ScorePyramid, FloatArray]:
     return pyramid, (points[rng.random(len(points)) < 0.7] + rng.normal(0.0, 0.03, 2)) / pyramid.resolution
 
 
-def exhaustive(pyramid: ScorePyramid, points: FloatArray, lattice: kernels.Lattice) -> FloatArray:
+def exhaustive(pyramid: ScorePyramid, points: FloatArray, lattice: Lattice) -> FloatArray:
     """Ratings of every pose of the lattice: headings, rows, columns."""
     centre, step, reach, turns, cost, cost_turn = lattice
     scores = pyramid.tables[0]
@@ -38,7 +39,7 @@ def exhaustive(pyramid: ScorePyramid, points: FloatArray, lattice: kernels.Latti
     return rated
 
 
-def lattice_of(pyramid: ScorePyramid, reach: int, turns: int, cost: float = 0.0) -> kernels.Lattice:
+def lattice_of(pyramid: ScorePyramid, reach: int, turns: int, cost: float = 0.0) -> Lattice:
     middle = pyramid.T_map_grid.inverse()
     centre = np.array([middle.x / pyramid.resolution + 3.4, middle.y / pyramid.resolution - 5.3, middle.yaw + 0.2])
     return centre, math.radians(1.0), reach, turns, cost, cost

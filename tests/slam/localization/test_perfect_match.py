@@ -8,7 +8,7 @@ import pytest
 from slam.errors import ParameterError
 from slam.grid import FREE, GridGeometry
 from slam.hits_file import write_hits
-from slam.kernels import perfect_match as kernels
+from slam.kernels import table_error
 from slam.localization.error_table import TableSettings
 from slam.localization.known_map import KnownMap
 from slam.localization.matching_optimisation import MatchingOptimisation
@@ -94,11 +94,11 @@ def test_the_gradient_is_that_of_the_error(table):
     prior = (np.array([3.9, 4.1, 0.3]), np.diag([0.5, 0.7, 0.2]))
     patches, gradient, unused = (table.patches, table.cell), np.empty(3), np.empty(3)
     pose = np.array([4.0013, 4.0021, 0.2])
-    kernels.error(points, 1, pose, patches, 0.25, prior, gradient)
+    table_error.error(points, 1, pose, patches, 0.25, prior, gradient)
     for k in range(3):
         h = 1e-6 * np.eye(3)[k]
-        ahead = kernels.error(points, 1, pose + h, patches, 0.25, prior, unused)
-        behind = kernels.error(points, 1, pose - h, patches, 0.25, prior, unused)
+        ahead = table_error.error(points, 1, pose + h, patches, 0.25, prior, unused)
+        behind = table_error.error(points, 1, pose - h, patches, 0.25, prior, unused)
         assert gradient[k] == pytest.approx((ahead - behind) / 2e-6, rel=1e-5, abs=1e-7)
 
 
@@ -109,7 +109,7 @@ def test_the_table_is_zero_at_a_wall_wherever_it_lies_in_its_cells(make_walls, m
     x = np.linspace(-1.8, 1.8, 50)
     points = np.column_stack([x, np.full(50, offset)])
     J, r, places = np.empty((50, 3)), np.empty(50), np.empty((50, 2))
-    kernels._residuals(points, 1, table.T_map_table.inverse().as_array(), (table.patches, table.cell), (J, r, places))
+    table_error.residuals(points, 1, table.T_map_table.inverse().as_array(), (table.patches, table.cell), (J, r, places))
     assert np.abs(r).max() < 1e-3
 
 
