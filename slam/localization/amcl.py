@@ -6,7 +6,6 @@ Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 8.3; KLD sampling (Fox
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -20,6 +19,7 @@ from slam.localization.clusters import Cluster
 from slam.localization.global_search import GlobalAnswer, Hypothesis, same
 from slam.localization.health import NOT_HERE
 from slam.localization.known_map import KnownMap
+from slam.localization.matched_mode import MatchedMode
 from slam.localization.mcl import without_wheels
 from slam.localization.motion_models import ConstantVelocity, MotionModel, OdometryMotion, VelocityMotion
 from slam.localization.particles import Particles
@@ -28,7 +28,6 @@ from slam.localization.recovery import Ladder, Recovery, Rung
 from slam.localization.sensor_models import Likelihood, LikelihoodField, SensorModel
 from slam.localization.whole_scan import FEWEST
 from slam.matching.gauss_newton import GaussNewton
-from slam.matching.match import Match
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.ego_motion import EgoMotion
 from slam.motion.keyframes import KeyframeGate
@@ -36,13 +35,10 @@ from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory
 from slam.motion.sensor_watch import SensorWatch
 from slam.scans import PointScan, Unveil
-from slam.se2 import SE2, FloatArray, wrap_angle
+from slam.se2 import SE2, FloatArray
 from slam.snapshot import Snapshot
 
 _log = logging.getLogger(__name__)
-
-SAME = 16.27
-"""Squared distance at which two poses are told apart: chi-square of three degrees of freedom at 99.9 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +109,13 @@ class AmclPipeline:
             particles = Particles.about(T_map_base, spread, sizes.particles_min, rng)
         self._belief = Belief(settings.filtering, known_map, particles, rng)
         self._ego = EgoMotion(settings.unveil, T_map_base or self._belief.modes[0].T_map_base)
-        self._covariance = particles.covariance(self._ego.T_map_base)
+        start = self._ego.T_map_base, particles.covariance(self._ego.T_map_base)
+        self._mode = MatchedMode(known_map, settings.matcher if settings.polish else None, settings.noise, start)
         self._watch = SensorWatch()
         self._path = ScanTrajectory()
         self._ladder = Ladder(settings.recovery)
         self._likelihood: Likelihood | None = None
         self._health = 1.0
-        self._mode = self._ego.T_map_base, self._covariance  # the best one, carried on to the newest scan
-        self._carried = self._mode  # the estimate, likewise
         self._way, self._duration = SE2(), 0.0  # since the last update of the particles
         self._step, self._reckoned = SE2(), SE2()  # to the newest scan, from the one before and from the first
         self._begun, self._blind = False, False
@@ -141,9 +136,7 @@ class AmclPipeline:
         before = self._ego.T_map_base
         self._step, self._reckoned = step, self._reckoned @ step
         self._way, self._duration = self._way @ step, self._duration + max(self._ego.since(scan.stamp), 0.0)
-        self._mode = self._mode[0] @ step, self._settings.noise.propagate(self._mode[1], self._mode[0], step)
-        self._covariance = self._settings.noise.propagate(self._covariance, before, step)
-        self._carried = before @ step, self._covariance
+        self._mode.carry(before, step)
         self._blind = len(cloud.points) < FEWEST
         pose, jumped = before @ step, False
         if not self._blind:
@@ -159,11 +152,11 @@ class AmclPipeline:
             jumped = self._begin(scan, cloud)
         if not self._begun or not by_wheels or self._settings.update.passes(SE2(), self._way):
             self._filter(scan, cloud, by_wheels)
-        pose = self._polished(cloud)
+        pose = self._mode.match(cloud.points)
         here = self._seen_at(pose, scan, cloud)
         if self._recovered(scan, cloud, here):
             jumped = True
-            pose = self._polished(cloud)
+            pose = self._mode.match(cloud.points)
             here = self._seen_at(pose, scan, cloud)
         self._health = here.explained
         return pose, jumped
@@ -204,20 +197,7 @@ class AmclPipeline:
             cloud = self._ego.points(replace(scan, ranges=returned))
         self._belief.update(s.motion if by_wheels else s.drifting, (self._way, self._duration), self._likelihood, cloud)
         self._way, self._duration, self._begun = SE2(), 0.0, True
-        self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
-
-    def _polished(self, cloud: PointScan) -> SE2:
-        """The pose matched to the map.
-
-        The prior is the pose before, carried on, as long as it lies in the best mode: the mean of a set that is drawn again and
-        again wanders where the scan does not hold it, along a corridor.
-        """
-        guess, covariance = self._carried if _agree(self._carried, self._mode) else self._mode
-        prior = covariance + self._settings.noise.with_floor(SE2())
-        match = self._settings.matcher.match(self._map.field, cloud.points, guess, prior, self._settings.matcher.kernel_max)
-        found = self._settings.polish and _usable(match)
-        self._covariance = np.array(match.covariance) if found else self._mode[1]
-        return match.T_target_source if found else self._mode[0]
+        self._mode.follow(self._belief.modes[0])
 
     def _begin(self, scan: LaserScan, cloud: PointScan) -> bool:
         """Look for a robot whose start is not known in the whole map; whether there is anything like it."""
@@ -232,7 +212,7 @@ class AmclPipeline:
         self._belief.seed(places)
         self._ladder.begin_anew(sure)
         self._way, self._duration = SE2(), 0.0
-        self._carried = self._mode = self._belief.modes[0].T_map_base, self._belief.modes[0].covariance
+        self._mode.move_to(self._belief.modes[0])
 
     def _settled(self, answer: GlobalAnswer) -> bool:
         """Whether a search decides between the places that are possible."""
@@ -243,7 +223,7 @@ class AmclPipeline:
     def _estimate(self, frame: SensorFrame) -> Estimate:
         step = self._ego.step(frame.stamp)
         pose = self._ego.T_map_base @ step
-        covariance: FloatArray = self._settings.noise.propagate(self._covariance, self._ego.T_map_base, step)
+        covariance: FloatArray = self._settings.noise.propagate(self._mode.covariance, self._ego.T_map_base, step)
         status, reason = self._standing(frame, pose)
         return Estimate(frame.stamp, pose, pose @ self._ego.motion.wheels.inverse(), covariance, status, self._health, reason)
 
@@ -256,28 +236,12 @@ class AmclPipeline:
             return Status.LOST, NOT_HERE
         modes = self._likely_modes()
         if len(modes) > 1:
-            return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(_place, modes))}"
+            return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(str, modes))}"
         doubts = "the scan fits the map badly" if self._ladder.watch.doubtful else ""
         blind = "the scan shows nothing" if self._blind else ""
         reasons = silent, without_wheels(self._ego, frame), blind, doubts, trouble_at(self._map, pose)
         reason = "; ".join(reason for reason in reasons if reason)
         return (Status.DEGRADED if reason else Status.TRACKING), reason
-
-
-def _agree(a: tuple[SE2, FloatArray], b: tuple[SE2, FloatArray]) -> bool:
-    """Whether two poses with covariances (3, 3) may be the same one."""
-    off = a[0].as_array() - b[0].as_array()
-    off[2] = wrap_angle(float(off[2]))
-    return bool(off @ np.linalg.solve(a[1] + b[1], off) < SAME)
-
-
-def _usable(match: Match) -> bool:
-    return match.converged and bool(np.isfinite(match.covariance).all())
-
-
-def _place(mode: Cluster) -> str:
-    T = mode.T_map_base
-    return f"({T.x:.2f}, {T.y:.2f}, {math.degrees(T.yaw):.0f} deg) {100.0 * mode.weight:.0f} %"
 
 
 def _clear(scan: LaserScan) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,10 @@ class Cluster:
     """(3, 3) of (x, y, yaw) in the map frame [m, rad]."""
     weight: float
     """Its share of all weight."""
+
+    def __str__(self) -> str:
+        T = self.T_map_base
+        return f"({T.x:.2f}, {T.y:.2f}, {math.degrees(T.yaw):.0f} deg) {100.0 * self.weight:.0f} %"
 
 
 def clusters_of(particles: Particles, least: float = 0.01) -> tuple[Cluster, ...]:
