@@ -12,8 +12,9 @@ from slam.errors import require_not_negative, require_positive
 from slam.grid import OccupancyGrid
 from slam.mapping.front_end import FrontEnd, Tracking
 from slam.mapping.grid_mapper import FULL, MapSettings
-from slam.mapping.loop_closing import Here, LoopCloser, LoopClosing
+from slam.mapping.loop_closing import Here, LoopCloser
 from slam.mapping.polish import Polish, Polished, polish
+from slam.mapping.recognition import LoopClosing
 from slam.mapping.rendering import render
 from slam.mapping.session import load_session, save_session
 from slam.mapping.submap import Keyframe, Submap

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slam.mapping.grid_mapper import MapSettings
-from slam.mapping.loop_closing import LoopClosing, recognise
+from slam.mapping.recognition import LoopClosing, recognise
 from slam.mapping.submap import Keyframe, Submap
 from slam.motion.keyframes import KeyframeGate
 from slam.scans import PointScan
