@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -15,6 +14,7 @@ from slam.errors import ParameterError, SlamError, require_not_negative, require
 from slam.kernels.lens import to_pixel
 from slam.kernels.planar_pose import carried, square_poses
 from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines, lens_of
+from slam.landmarks.marker_family import MarkerFamily
 from slam.landmarks.sighting import Sighting
 from slam.messages import CameraInfo
 from slam.se2 import FloatArray
@@ -35,46 +35,6 @@ _REFINEMENTS: dict[CornerMethod, int] = {
 
 class MarkerImageError(SlamError):
     """An image in which no marker can be measured, because it does not fit its camera."""
-
-
-@dataclass(frozen=True, slots=True)
-class MarkerFamily:
-    """Markers of one dictionary."""
-
-    dictionary: str = "DICT_ARUCO_MIP_36h12"
-    """OpenCV's name, or the path of a dictionary that OpenCV's calibration tools wrote."""
-    size: float = 0.12
-    """Side of the black square [m]."""
-    sizes: dict[str, float] = field(default_factory=dict[str, float])
-    """Of those ids that differ [m]."""
-    first: int = 0
-    """Added to this dictionary's ids, so that several dictionaries do not mix theirs."""
-
-    def __post_init__(self) -> None:
-        require_positive(self, "size")
-        require_not_negative(self, "first")
-        if not all(name.isdecimal() and size > 0.0 for name, size in self.sizes.items()):
-            raise ParameterError(self, "sizes", "ids with sizes above 0")
-
-    def size_of(self, marker: int) -> float:
-        """Side [m] of a marker of this dictionary."""
-        return self.sizes.get(str(marker), self.size)
-
-    def load(self) -> cv2.aruco.Dictionary:
-        """OpenCV's dictionary.
-
-        Raises:
-            ParameterError: there is none of this name.
-        """
-        name = self.dictionary if self.dictionary.startswith("DICT_") else f"DICT_{self.dictionary}"
-        if hasattr(cv2.aruco, name):
-            return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
-        dictionary = cv2.aruco.Dictionary()
-        if Path(self.dictionary).is_file():
-            storage = cv2.FileStorage(self.dictionary, cv2.FILE_STORAGE_READ)
-            if dictionary.readDictionary(storage.root()):
-                return dictionary
-        raise ParameterError(self, "dictionary", "a name such as DICT_ARUCO_MIP_36h12, DICT_4X4_50, DICT_APRILTAG_36h11, or a file")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from slam.errors import ParameterError
 from slam.kernels.corner_fit import fit_corners
 from slam.kernels.lens import to_pixel, to_ray
 from slam.kernels.planar_pose import carried, square_poses
-from slam.landmarks.markers import MarkerFamily, MarkerImageError, Markers
+from slam.landmarks.marker_family import MarkerFamily
+from slam.landmarks.markers import MarkerImageError, Markers
 from slam.landmarks.sighting import square
 from slam.messages import CameraInfo
 from slam.se2 import SE2, FloatArray
