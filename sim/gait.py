@@ -37,7 +37,7 @@ TOE_DOWN = 0.4
 """Most turn of the swinging foot [rad]."""
 ARM_SWING, ELBOW = 0.9, 0.25
 """Swing of an arm over the swing of the leg on its other side; bend of the elbow [rad]."""
-TRUNK_Z, ARM_Z, FOREARM_Z = MIDDLES[TRUNK], UPPER_ARM / 2, LOWER_ARM / 2
+TRUNK_Z, FOREARM_Z = MIDDLES[TRUNK], LOWER_ARM / 2
 COLUMNS = 5
 """Of a walk's table: x, y [m], heading [rad], way walked [m], speed as a share of the person's own."""
 

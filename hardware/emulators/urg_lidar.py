@@ -22,7 +22,6 @@ VERSION = (
     "PROT:SCIP 2.0;",
     "SERI:H0000000;",
 )
-PERIOD_MS = 100
 UNKNOWN, LASER_OFF, ALREADY_ON, ALREADY = "0E", "10", "02", "03"
 """Statuses: undefined command; GD without laser; BM with laser; a setting that is in force."""
 LONGEST_LINE = 256

@@ -120,10 +120,6 @@ class PoseGraph:
         nothing = Edges(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), np.zeros((len(pairs), 3)), np.zeros((len(pairs), 3, 3)))
         return self._present().foresee(self.poses, nothing)[1]
 
-    def relative_covariance(self, i: int, j: int) -> FloatArray:
-        """Covariance (3, 3), see `relative_covariances`."""
-        return self.relative_covariances(np.array([[i, j]]))[0]
-
     def _present(self) -> LeastSquares:
         """The believed edges, those added since the last `optimise` included if they are trusted."""
         if self._solver is None:
