@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from slam.kernels.gauss_newton import match_in_map
 from slam.kernels.jit import njit
-from slam.kernels.meetings import Field
 from slam.kernels.rays import cast
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, Field, X, Y
 
 Floats = NDArray[np.float64]
 Squares = tuple[NDArray[np.uint8], NDArray[np.uint8], float]

@@ -9,9 +9,10 @@ from slam.kernels.frames import into_frame, out_of_frame
 from slam.kernels.jit import njit
 from slam.kernels.localizability import RANGE_NOISE
 from slam.kernels.localizability import information as scan_information
-from slam.kernels.meetings import BEHIND, NOTHING, Field, added, flat_of, judged, meeting, placed_at
+from slam.kernels.meetings import BEHIND, NOTHING, added, flat_of, judged, meeting, placed_at
 from slam.kernels.normal_equations import descend, write_equations
 from slam.kernels.sandwich import NOWHERE, S0, STEP, UNBOUNDED, ZERO, close_block, narrow, opens_block, reach, settle, usable
+from slam.kernels.surfaces import Field
 from slam.kernels.symmetric import inverse
 from slam.kernels.uncertainty import turned
 

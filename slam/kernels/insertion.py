@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
+from slam.kernels.traversal import ray_through_cells
 
 HIT, MISS = 1, 2
 
@@ -183,7 +184,6 @@ def insert_misses(
     """Lower the log-odds of every cell that a ray crosses before its hit, once a scan. Returns the flat indices of the crossed cells.
 
     Cells hit by this scan are spared, so that grazing rays do not erase the wall they run along.
-    Traversal: Amanatides, Woo, "A fast voxel traversal algorithm" (1987).
 
     Args:
         origins: (M, 2) [m] where each ray starts, in the grid's frame.
@@ -200,14 +200,8 @@ def insert_misses(
     for i in range(len(points)):
         x, y = origins[i, 0] / resolution, origins[i, 1] / resolution
         dx, dy = points[i, 0] / resolution - x, points[i, 1] / resolution - y
-        col, row = int(np.floor(x)), int(np.floor(y))
-        last_col, last_row = int(np.floor(x + dx)), int(np.floor(y + dy))
-        step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-        delta_x = abs(1.0 / dx) if dx != 0.0 else np.inf
-        delta_y = abs(1.0 / dy) if dy != 0.0 else np.inf
-        next_x = ((col + 1 - x) if dx > 0 else (x - col)) * delta_x if dx != 0.0 else np.inf
-        next_y = ((row + 1 - y) if dy > 0 else (y - row)) * delta_y if dy != 0.0 else np.inf
-        for _ in range(abs(last_col - col) + abs(last_row - row)):
+        row, col, step_x, step_y, delta_x, delta_y, next_x, next_y, steps = ray_through_cells(x, y, dx, dy)
+        for _ in range(steps):
             if 0 <= row < height and 0 <= col < width and touched[row, col] == 0:
                 touched[row, col] = MISS
                 log_odds[row, col] = max(log_odds[row, col] + update[0], -update[1])

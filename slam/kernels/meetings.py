@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 
 from slam.kernels.jit import inlined
 from slam.kernels.sandwich import Sums
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, Field, X, Y
 
-Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
-"""Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
 NOTHING, BEHIND, LONE, LINE = range(4)
 """What a point meets: nothing near, the other face of a wall, a lone point, a line."""
 Meeting = tuple[int, float, float, float, float, float, float, float]

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import inlined, njit
+from slam.kernels.jit import njit
+from slam.kernels.traversal import ray_through_cells
 
 SHIFT = 5
 SIDE = 1 << SHIFT
@@ -52,7 +53,7 @@ def claim(
         if i % every != 0:
             continue
         x, y = x0 + cos * origins[i, 0] - sin * origins[i, 1], y0 + sin * origins[i, 0] + cos * origins[i, 1]
-        ray = _ray(x, y, x1 - x, y1 - y)
+        ray = ray_through_cells(x, y, x1 - x, y1 - y)
         row, col, next_x, next_y = ray[0], ray[1], ray[6], ray[7]
         for _ in range(ray[8]):
             left = _own(table, (row, col), pool, shares, free, left)
@@ -63,21 +64,6 @@ def claim(
                 next_y += ray[5]
                 row += ray[3]
     return left
-
-
-@inlined
-def _ray(x: float, y: float, dx: float, dy: float) -> tuple[int, int, int, int, float, float, float, float, int]:
-    """A ray (x, y) + t (dx, dy) through unit cells, t in 0..1. Amanatides, Woo, "A fast voxel traversal algorithm" (1987).
-
-    Returns first row and column, steps of column and row, t per column and row, t of the next of each, number of cells before the last.
-    """
-    col, row = int(np.floor(x)), int(np.floor(y))
-    step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    delta_x, delta_y = abs(1.0 / dx) if dx != 0.0 else np.inf, abs(1.0 / dy) if dy != 0.0 else np.inf
-    next_x = ((col + 1 - x) if dx > 0 else (x - col)) * delta_x if dx != 0.0 else np.inf
-    next_y = ((row + 1 - y) if dy > 0 else (y - row)) * delta_y if dy != 0.0 else np.inf
-    count = abs(int(np.floor(x + dx)) - col) + abs(int(np.floor(y + dy)) - row)
-    return row, col, step_x, step_y, delta_x, delta_y, next_x, next_y, count
 
 
 @njit
@@ -110,7 +96,7 @@ def insert(
     for i in range(0, len(points), every):
         x, y = x0 + cos * origins[i, 0] - sin * origins[i, 1], y0 + sin * origins[i, 0] + cos * origins[i, 1]
         dx, dy = x0 + cos * points[i, 0] - sin * points[i, 1] - x, y0 + sin * points[i, 0] + cos * points[i, 1] - y
-        row, col, step_x, step_y, delta_x, delta_y, next_x, next_y, count = _ray(x, y, dx, dy)
+        row, col, step_x, step_y, delta_x, delta_y, next_x, next_y, count = ray_through_cells(x, y, dx, dy)
         patch, at_row, at_col = -1, -1, -1
         for _ in range(count):
             if row >> SHIFT != at_row or col >> SHIFT != at_col:

@@ -6,15 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, X, Y
+from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, Field, X, Y
 
 CLEAR = 0.15
 """A beam begins and ends at least so far from a wall that it has crossed: maps are bent, and noise lies behind walls [m]."""
 STEEP = 0.3
 """Least component of a beam along a wall's normal: it may well graze what it does not cross."""
-
-Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
-"""Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
 
 
 @njit

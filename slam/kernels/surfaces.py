@@ -13,6 +13,9 @@ from one side only, to which its normal points. Negative: hits that may be of on
 
 ONE_SIDED = 2.0
 
+Field = tuple[NDArray[np.int32], NDArray[np.float32], float]
+"""Nearest occupied flat cell (H, W), its surfaces (H, W, 5), cell size [m]."""
+
 FACING = 0.1
 """Smallest mean component along the normal of the directions from which a line was seen, that tells its side."""
 
