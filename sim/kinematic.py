@@ -9,7 +9,6 @@ from msgspec import structs
 
 from hardware.spec import DriveSpec, RobotSpec
 from sim.drive import make_drive
-from sim.errors import SimError
 from sim.lidar import CASTERS, static_rays
 from sim.living import Living
 from sim.moving import living_bodies
@@ -18,7 +17,7 @@ from sim.realism import read_realism
 from sim.scenery import Scenery
 from sim.simulation import Simulation
 from sim.stage import Stage
-from sim.twin import TwinRobot
+from sim.twin import TwinRobot, require_known
 from sim.unicycle import Unicycle
 from worlds.world import World
 
@@ -44,12 +43,7 @@ class Kinematic:
 
     def __post_init__(self) -> None:
         read_realism(self.realism)
-        if self.rays not in CASTERS:
-            raise SimError(f"no rays '{self.rays}'; available: {', '.join(CASTERS)}")
-        if self.camera not in CAMERAS:
-            raise SimError(f"no camera '{self.camera}'; available: {', '.join(CAMERAS)}")
-        if self.seed < 0:
-            raise SimError(f"the seed must be 0 or above, got {self.seed}")
+        require_known(self.seed, rays=(self.rays, CASTERS), camera=(self.camera, CAMERAS))
         if self.camera == "none":
             object.__setattr__(self, "spec", replace(self.spec, camera=None))
 

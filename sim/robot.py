@@ -9,7 +9,6 @@ from typing import Literal
 from hardware.spec import DriveSpec, RobotSpec
 from sim.bullet_rays import BulletRays
 from sim.drive import make_drive
-from sim.errors import SimError
 from sim.lidar import CASTERS, static_rays
 from sim.living import Living
 from sim.moving import MovingBodies, living_bodies, moving_bodies
@@ -19,7 +18,7 @@ from sim.realism import read_realism
 from sim.scenery import Scenery
 from sim.simulation import Simulation
 from sim.stage import Stage
-from sim.twin import TwinRobot
+from sim.twin import TwinRobot, require_known
 from worlds.world import World
 
 
@@ -42,12 +41,7 @@ class Sim:
 
     def __post_init__(self) -> None:
         read_realism(self.realism)
-        if self.rays not in (*CASTERS, "bullet"):
-            raise SimError(f"no rays '{self.rays}'; available: {', '.join(CASTERS)}, bullet")
-        if self.camera not in (*PAINTERS, "none"):
-            raise SimError(f"no camera '{self.camera}'; available: {', '.join(PAINTERS)}, none")
-        if self.seed < 0:
-            raise SimError(f"the seed must be 0 or above, got {self.seed}")
+        require_known(self.seed, rays=(self.rays, (*CASTERS, "bullet")), camera=(self.camera, (*PAINTERS, "none")))
         if self.camera == "none":
             object.__setattr__(self, "spec", replace(self.spec, camera=None))
 

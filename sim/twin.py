@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from hardware.errors import NotOpenError
@@ -48,6 +49,19 @@ class Twin(Protocol):
             SimError, SpecError: it cannot be simulated; nothing is held.
         """
         ...
+
+
+def require_known(seed: int, **choices: tuple[str, Collection[str]]) -> None:
+    """Refuse a seed below 0 and, by what they choose, names that are not among those there are.
+
+    Raises:
+        SimError: with the names there are.
+    """
+    for what, (name, names) in choices.items():
+        if name not in names:
+            raise SimError(f"no {what} '{name}'; available: {', '.join(names)}")
+    if seed < 0:
+        raise SimError(f"the seed must be 0 or above, got {seed}")
 
 
 class TwinRobot(Openable):
