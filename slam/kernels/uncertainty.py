@@ -43,14 +43,13 @@ def propagated(
 @njit
 def _enclosed(A: NDArray[np.float64], c: float, s: float, u: float, v: float) -> NDArray[np.float64]:
     """F A F^T (3, 3) with F = [[c, -s, u], [s, c, v], [0, 0, 1]]."""
-    F = np.array([[c, -s, u], [s, c, v], [0.0, 0.0, 1.0]])
-    half, whole = np.zeros((3, 3)), np.zeros((3, 3))
+    half, whole = np.empty((3, 3)), np.empty((3, 3))
+    for j in range(3):
+        half[0, j] = c * A[0, j] - s * A[1, j] + u * A[2, j]
+        half[1, j] = s * A[0, j] + c * A[1, j] + v * A[2, j]
+        half[2, j] = A[2, j]
     for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                half[i, j] += F[i, k] * A[k, j]
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                whole[i, j] += half[i, k] * F[j, k]
+        whole[i, 0] = half[i, 0] * c - half[i, 1] * s + half[i, 2] * u
+        whole[i, 1] = half[i, 0] * s + half[i, 1] * c + half[i, 2] * v
+        whole[i, 2] = half[i, 2]
     return whole
