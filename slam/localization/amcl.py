@@ -27,6 +27,7 @@ from slam.localization.places import trouble_at
 from slam.localization.recovery import Ladder, Recovery, Rung
 from slam.localization.sensor_models import Likelihood, LikelihoodField, SensorModel
 from slam.localization.whole_scan import FEWEST
+from slam.matching.blocked_view import blocked
 from slam.matching.gauss_newton import GaussNewton
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.ego_motion import EgoMotion
@@ -165,6 +166,9 @@ class AmclPipeline:
         """Climb the ladder; whether that has led to another place."""
         ladder, search, seen = self._ladder, self._settings.recovery.search, (cloud.points, cloud.origins, _clear(scan))
         rung = ladder.judge(scan.stamp, here.explained, self._step, len(self._likely_modes()) > 1)
+        if self._hidden(cloud, here):
+            ladder.rivals.forget()
+            return False
         if ladder.rivals.due(scan.stamp, self._reckoned):
             found = search.follow(self._map, ladder.rivals.places(self._reckoned), *seen)
             ladder.rivals.weigh(found, here, scan.stamp, self._reckoned)
@@ -180,6 +184,12 @@ class AmclPipeline:
         elif rung is Rung.SEARCH and ladder.lost:
             self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
         return bool(places or proven)
+
+    def _hidden(self, cloud: PointScan, here: Hypothesis) -> bool:
+        """Whether a track that is trusted leads on, though the scan fits badly: people may hide what is around, and nothing denies it."""
+        ladder = self._ladder
+        trusted = ladder.watch.doubtful and ladder.trust.earned and len(self._likely_modes()) == 1
+        return trusted and blocked(cloud, self._map.field, here.T_map_base)
 
     def _seen_at(self, pose: SE2, scan: LaserScan, cloud: PointScan) -> Hypothesis:
         """How well a pose explains a scan."""

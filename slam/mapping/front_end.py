@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
-from slam.kernels.sight import pierced
 from slam.mapping.agreement import DISAGREE, MotionAgreement
+from slam.matching.blocked_view import blocked
 from slam.matching.correlative import Correlative
 from slam.matching.gauss_newton import GaussNewton
 from slam.matching.match import Match
@@ -23,8 +23,6 @@ DISTRUST = 1e4
 """Inflation of odometry's covariance when its guess fits nothing."""
 LOST_AFTER = 10
 """Unusable matches in a row after which the pose is lost."""
-SEEN_THROUGH = 0.05
-"""Share of a scan's beams from which on they cannot all pass known walls by noise: the pose is wrong."""
 UNMATCHED = "the scan does not match the map"
 """Reason of an estimate."""
 
@@ -160,10 +158,3 @@ class FrontEnd:
         step = correction.as_array()
         surprise = step @ np.linalg.solve(self.settings.noise.with_floor(increment), step) / 3.0
         self._inflation = max(0.9 * self._inflation + 0.1 * float(surprise), 1.0)
-
-
-def blocked(cloud: PointScan, surfaces: SurfaceField, T_local_base: SE2) -> bool:
-    """Whether a scan that fits no surface is no argument against its pose: what is new stands in front, and no wall is seen through."""
-    T_grid_base = surfaces.pose_in_grid(T_local_base)
-    through = pierced(T_grid_base.transform(cloud.origins), T_grid_base.transform(cloud.points), surfaces.arrays)
-    return float(through.mean()) < SEEN_THROUGH if len(through) else True

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slam.mapping.front_end import blocked
 from slam.mapping.grid_mapper import GridMapper, MapSettings
+from slam.matching.blocked_view import blocked
 from slam.matching.surface_field import SurfaceField
 from slam.scans import PointScan
 from slam.se2 import SE2, FloatArray
