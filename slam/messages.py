@@ -161,6 +161,8 @@ class Estimate:
     """0..1: is the pose supported by what is seen?"""
     reason: str = ""
     """Why the status is not `tracking`: the sensor that is silent, the axis that is weak."""
+    sources: tuple[str, ...] = ()
+    """What the pose goes by at this moment, where the pipeline has a choice: `markers`, `visual odometry`, `wheels`, `gyro`, `lidar`."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", read_only(self.covariance))

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import structs
 
 from worlds.errors import WorldOptionError
-from worlds.parts import Box, Cylinder, Marker, Point, Wall
+from worlds.parts import Box, Cylinder, Marker, Point, Wall, WallTexture
 from worlds.world import DICTIONARIES, World
 
 MARKER_HEIGHTS = (0.3, 0.5, 0.2, 0.4, 0.6)
@@ -32,6 +32,10 @@ class ArucoRoom:
     """Side of a marker's black square [m], 0.02 to 0.3; a white margin of one of its modules (1/8) needs room too."""
     furniture: bool = True
     """Whether anything stands in the room."""
+    markers: bool = True
+    """Whether markers hang on the walls."""
+    texture: WallTexture = "plaster"
+    """What the camera sees on the walls."""
 
     def __post_init__(self) -> None:
         if not 4.0 <= self.size <= 12.0:
@@ -49,6 +53,10 @@ class ArucoRoom:
     def _markers_per_wall(self) -> int:
         return int(self.size / self.spacing + 1e-9)
 
+    @property
+    def _on_the_walls(self) -> str:
+        return f"markers every {self.spacing:g} m round its walls" if self.markers else f"walls of {self.texture} without a marker"
+
     def build(self) -> World:
         """Make the room; the tour is a figure of eight through its middle."""
         scale = self.size / FURNITURE_ROOM
@@ -56,14 +64,14 @@ class ArucoRoom:
         heading = math.atan2(tour[1][1] - tour[0][1], tour[1][0] - tour[0][0])
         return World(
             name="aruco_room",
-            description=f"{self.size:g} x {self.size:g} m room, markers every {self.spacing:g} m round its walls",
-            walls=_room_walls(self.size),
+            description=f"{self.size:g} x {self.size:g} m room, {self._on_the_walls}",
+            walls=_room_walls(self.size, self.texture),
             start=(*tour[0], round(heading, 4)),
             tour=tour,
             dictionary=DICTIONARY,
             boxes=_boxes(scale) if self.furniture else (),
             cylinders=_cylinders(scale) if self.furniture else (),
-            markers=self._markers(),
+            markers=self._markers() if self.markers else (),
         )
 
     def _markers(self) -> tuple[Marker, ...]:
@@ -86,7 +94,7 @@ def _figure_of_eight(half_length: float, half_width: float) -> tuple[Point, ...]
     return tuple((round(half_length * math.cos(a), 3), round(half_width * math.sin(2 * a), 3)) for a in t)
 
 
-def _room_walls(size: float) -> tuple[Wall, ...]:
+def _room_walls(size: float, texture: WallTexture) -> tuple[Wall, ...]:
     """Four walls about the origin; two of them reach over the others' ends, so that the corners are closed."""
     axis, corner = (size + WALL_THICKNESS) / 2, size / 2 + WALL_THICKNESS
     lines = [
@@ -95,7 +103,7 @@ def _room_walls(size: float) -> tuple[Wall, ...]:
         ((-axis, size / 2), (-axis, -size / 2)),
         ((-corner, -axis), (corner, -axis)),
     ]
-    return tuple(Wall(begin, end, WALL_THICKNESS, WALL_HEIGHT) for begin, end in lines)
+    return tuple(Wall(begin, end, WALL_THICKNESS, WALL_HEIGHT, texture=texture) for begin, end in lines)
 
 
 def _boxes(scale: float) -> tuple[Box, ...]:

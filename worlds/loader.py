@@ -6,11 +6,12 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from worlds.errors import UnknownWorldError, WorldOptionError
 from worlds.generators import GENERATORS, PEOPLED, Generator
 from worlds.life import Life
+from worlds.parts import WallTexture
 from worlds.toml_file import read_world
 from worlds.world import World
 
@@ -99,5 +100,6 @@ _PARSERS: dict[str, tuple[Callable[[str], object], str]] = {
     "int": (int, "an integer"),
     "bool": ({"true": True, "false": False}.__getitem__, "true or false"),
     "str": (str, "text"),
+    "WallTexture": ({texture: texture for texture in get_args(WallTexture)}.__getitem__, ", ".join(get_args(WallTexture))),
 }
 """Type of an option -> its parser and what it takes."""

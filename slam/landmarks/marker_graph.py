@@ -60,6 +60,15 @@ class MarkerGraphSettings:
         require_positive(self, "growth", "iterations", "polish", "misfits")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Told:
+    """A step as camera, wheels and gyro together tell of it."""
+
+    step: SE2
+    information: FloatArray
+    """(3, 3) of its x, y, yaw."""
+
+
 @dataclass(slots=True, eq=False)
 class Keyframe:
     """A pose with what was seen from it."""
@@ -71,6 +80,8 @@ class Keyframe:
     """(3, 3) of the pose when it was new."""
     sightings: dict[int, Sighting]
     """By marker; those that did not fit are gone."""
+    told: Told | None = None
+    """The same step where the camera has followed it too, which is better."""
 
 
 @dataclass(slots=True, eq=False)
@@ -112,7 +123,7 @@ class MarkerGraph:
                 moved.append(sighting.id)
         return moved
 
-    def add(self, T_map_base: SE2, covariance: FloatArray, step: SE2, sightings: Sequence[Sighting]) -> bool:
+    def add(self, T_map_base: SE2, covariance: FloatArray, step: SE2, sightings: Sequence[Sighting], told: Told | None = None) -> bool:
         """Add a keyframe; returns whether a batch has moved what was known.
 
         Args:
@@ -120,8 +131,9 @@ class MarkerGraph:
             covariance: (3, 3) of it.
             step: what wheels and gyro say since the keyframe before.
             sightings: of known markers those that fit, and all of markers that are not known.
+            told: the step as the camera tells of it too.
         """
-        self.keyframes.append(Keyframe(T_map_base, step, covariance, {s.id: s for s in sightings}))
+        self.keyframes.append(Keyframe(T_map_base, step, covariance, {s.id: s for s in sightings}, told))
         self._sizes.update({s.id: s.size for s in sightings})
         number = len(self.keyframes) - 1
         self._improve(number)
@@ -222,21 +234,24 @@ class MarkerGraph:
         mount = self.known.mount
         return T_map_base.as_array().reshape(1, 3), self.known.rotations, self.known.translations, np.array(mount.R), np.array(mount.t)
 
+    def _by_odometry(self, step: SE2) -> Told:
+        corrected = self.scales.corrected(step)
+        return Told(corrected, _information(self.noise, corrected))
+
     def _bundle(self) -> tuple[Bundle, list[int]]:
         markers = list(self.known.places)
         rows = {marker: row for row, marker in enumerate(markers)}
         seen = [(k, s) for k, keyframe in enumerate(self.keyframes) for s in keyframe.sightings.values() if s.id in rows]
         views = views_of([s for _, s in seen], [k for k, _ in seen], [rows[s.id] for _, s in seen])
         places = [self.known.places[marker] for marker in markers]
-        steps = [self.scales.corrected(keyframe.step) for keyframe in self.keyframes[1:]]
-        information = [_information(self.noise, step) for step in steps]
+        told = [keyframe.told or self._by_odometry(keyframe.step) for keyframe in self.keyframes[1:]]
         bundle = Bundle(
             poses=np.array([keyframe.T_map_base.as_array() for keyframe in self.keyframes]),
             rotations=self.known.rotations[places],
             translations=self.known.translations[places],
             mount=self.known.mount,
             views=views,
-            steps=(np.array([s.as_array() for s in steps]).reshape(-1, 3), np.array(information).reshape(-1, 3, 3)),
+            steps=(np.array([t.step.as_array() for t in told]).reshape(-1, 3), np.array([t.information for t in told]).reshape(-1, 3, 3)),
             prior=Prior(self.keyframes[0].T_map_base.as_array(), FIXED),
             free=np.ones(len(markers), np.bool_),
             nominal=self.T_base_camera if self.settings.mount else None,

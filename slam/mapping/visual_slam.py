@@ -1,4 +1,7 @@
-"""The `visual_slam` pipeline: markers, wheels and gyro. It makes a marker map while it drives, or localises in one that is given."""
+"""The `visual_slam` pipeline: markers, visual odometry, wheels and gyro, as many of them as there are.
+
+It makes a marker map while it drives, or localises in one that is given.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,18 @@ from slam.landmarks.marker_map import MarkerMap
 from slam.landmarks.marker_map_file import read_marker_map
 from slam.landmarks.markers import Detection, MarkerImageError, Markers
 from slam.landmarks.sighting import Sighting
+from slam.landmarks.visual_odometry import VisualOdometry
 from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
-from slam.messages import Estimate, RgbdImage, SensorFrame, Status
-from slam.motion.dead_reckoning import DeadReckoning
+from slam.mapping.visual_motion import VisualMotion
+from slam.messages import Estimate, LaserScan, RgbdImage, SensorFrame, Status
 from slam.motion.keyframes import KeyframeGate
 from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory
 from slam.motion.sensor_watch import SensorWatch
-from slam.scans import Unveil, deskew
+from slam.scans import Unveil
 from slam.se2 import SE2
 from slam.snapshot import Snapshot
 
-SPAN = 0.02
-"""Over which the twist at an image is taken [s]."""
 EXACT = np.eye(3) * 1e-10
 """Added to a covariance, so that a start that is known has an information [m^2, rad^2]."""
 SHOWN = 1.0
@@ -37,11 +39,29 @@ BLIND = 5.0
 """Mean grey level below which an image is called black."""
 
 
+RECENT = 0.5
+"""So long something that has told of the pose counts [s]."""
+GYRO = 0.05
+"""The gyro speaks when it covers so long a time [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """Known markers in an image."""
+
+    stamp: float
+    T_map_base: SE2
+    """By them and by what was known before."""
+    sightings: tuple[Sighting, ...]
+    """Of those that fit."""
+
+
 @dataclass(frozen=True, slots=True)
 class VisualSlam:
-    """Marker SLAM on a floor."""
+    """Visual SLAM on a floor."""
 
     markers: Markers = field(default_factory=lambda: Markers(quick=True))
+    odometry: VisualOdometry = field(default_factory=VisualOdometry)
     graph: MarkerGraphSettings = field(default_factory=MarkerGraphSettings)
     marker_map: str = ""
     """File of a marker map to localise in; none: the map is made."""
@@ -66,28 +86,29 @@ class VisualSlam:
 
 
 class VisualSlamPipeline:
-    """`T_map_odom` is set by every image that shows known markers; wheels and gyro carry it on in between."""
+    """`T_map_odom` is set by every image that shows known markers; camera, wheels and gyro carry it on in between."""
 
     def __init__(self, settings: VisualSlam, T_map_base: SE2 | None, given: MarkerMap | None) -> None:
         self._settings = settings
         self._detector = settings.markers.build()
         self._given = given
         self._graph: MarkerGraph | None = None
-        self._motion = DeadReckoning()
-        self._watch = SensorWatch()
+        self._motion = VisualMotion(settings.odometry, settings.noise, settings.unveil, T_map_base or SE2())
+        self._watch = SensorWatch(images=True)
         self._mapper = GridMapper(settings.map)
         self._path = ScanTrajectory()
-        self._start = T_map_base or SE2()
         self._lost = given is not None and T_map_base is None
-        self._T_map_base, self._covariance = self._start, np.zeros((3, 3))  # at _T_odom_base
-        self._T_odom_base = SE2()
-        self._keyframe: tuple[SE2, SE2] | None = None  # T_map_base and T_odom_base
+        self._keyframe: SE2 | None = None
+        self._T_odom_keyframe = SE2()
         self._scan: SE2 | None = None
         self._image: RgbdImage | None = None
         self._complaint = ""
+        self._located_at = self._known_at = -np.inf
         self._alarmed: dict[int, float] = {}
         self.detection: Detection | None = None
         """Of the newest image."""
+        self.sight: Sight | None = None
+        """What the markers said of the newest image in which they said something."""
 
     @property
     def graph(self) -> MarkerGraph | None:
@@ -101,20 +122,14 @@ class VisualSlamPipeline:
         return self._graph.map(self._settings.markers.families[0].dictionary) if self._graph else None
 
     def update(self, frame: SensorFrame) -> Estimate:
-        """Locate the frame's images in the markers, draw its scans, and answer with the pose at the frame's time."""
-        first = self._motion.empty
-        self._motion.add(frame.odometry, frame.imu)
-        if first and not self._motion.empty:
-            self._T_odom_base = self._motion.pose_at(-np.inf)
+        """Locate the frame's images, draw its scans, and answer with the pose at the frame's time."""
+        self._motion.ego.hear(frame)
         for image in frame.images:
             self._see(image)
+            if "scans" not in frame.available:
+                self._path.append(image.stamp, self._motion.T_map_base)
         for scan in frame.scans:
-            T_map_base = self._pose_at(scan.stamp)
-            self._path.append(scan.stamp, T_map_base)
-            cloud = deskew(self._settings.unveil.clean(scan), self._motion.window(scan.stamp))
-            if len(cloud.points) > 0 and not self._lost and self._settings.scans.passes(self._scan, T_map_base):
-                self._mapper.insert(T_map_base, cloud.points, cloud.origins)
-                self._scan = self._scan if self._mapper.full else T_map_base
+            self._draw(scan)
         return self._estimate(frame)
 
     def snapshot(self) -> Snapshot:
@@ -126,35 +141,35 @@ class VisualSlamPipeline:
         if self._graph is not None and self._given is None and self._graph.known.places:
             self._graph.batch(self._settings.graph.polish)
 
-    def _pose_at(self, t: float) -> SE2:
-        return self._T_map_base @ self._step_to(t)
-
-    def _step_to(self, t: float) -> SE2:
-        """What the robot has moved since the newest image, as wheels and gyro say, put right by what the markers taught."""
-        step = self._T_odom_base.inverse() @ self._motion.pose_at(t)
-        return self._graph.scales.corrected(step) if self._graph else step
+    def _draw(self, scan: LaserScan) -> None:
+        """Draw a scan into the grid."""
+        T_map_base, cloud = self._motion.at(scan.stamp)[0], self._motion.ego.points(scan)
+        self._path.append(scan.stamp, T_map_base)
+        if len(cloud.points) > 0 and not self._lost and self._settings.scans.passes(self._scan, T_map_base):
+            self._mapper.insert(T_map_base, cloud.points, cloud.origins)
+            self._scan = self._scan if self._mapper.full else T_map_base
 
     def _see(self, image: RgbdImage) -> None:
         """Locate an image."""
         if self._image is not None and image.stamp <= self._image.stamp:
             return
-        T_odom_base, step = self._motion.pose_at(image.stamp), self._step_to(image.stamp)
         again = self._image is not None and np.array_equal(self._image.colour, image.colour)
-        self._complaint = _fault(image, step, again)
+        self._complaint = _fault(image, self._motion.step_to(image.stamp), again)
         self._image = image
         if self._complaint or again:
             return
-        twist = (self._motion.pose_at(image.stamp - SPAN).inverse() @ self._motion.pose_at(image.stamp)).log() / SPAN
         try:
-            self.detection = self._detector.detect(image.colour, image.colour_info, twist)
+            self.detection = self._detector.detect(image.colour, image.colour_info, self._motion.ego.twist(image.stamp))
         except MarkerImageError as error:
             self._complaint = str(error)
             return
-        self._covariance = self._settings.noise.propagate(self._covariance, self._T_map_base, step)
-        self._T_map_base, self._T_odom_base = self._T_map_base @ step, T_odom_base
         graph = self._graph or self._begun(image)
+        self._motion.scales = graph.scales
+        self._motion.see(image, graph.known.mount)
+        if self._motion.seeing or self._motion.ego.wheels_cover(image.stamp):
+            self._known_at = image.stamp
         fitting = self._located(graph, self.detection.sightings, image.stamp)
-        if self._given is None and self._settings.keyframes.passes(self._keyframe[0] if self._keyframe else None, self._T_map_base):
+        if self._given is None and self._settings.keyframes.passes(self._keyframe, self._motion.T_map_base):
             self._add(graph, fitting)
 
     def _located(self, graph: MarkerGraph, sightings: tuple[Sighting, ...], stamp: float) -> list[Sighting]:
@@ -162,13 +177,15 @@ class VisualSlamPipeline:
         known = graph.known.known(sightings)
         if not known:
             return list(sightings)
-        found = None if self._lost else graph.known.locate(known, Prior(self._T_map_base.as_array(), inverse(self._covariance + EXACT)))
+        found = None if self._lost else graph.known.locate(known, _prior(self._motion))
         if found is None or not found.believable:
             found = self._relocated(graph, known) or found
         if found is None:
             return list(sightings)
         if found.believable:
-            self._T_map_base, self._covariance, self._lost = found.T_map_base, found.covariance, False
+            self._motion.correct(found.T_map_base, found.covariance)
+            self._lost, self._located_at, self._known_at = False, stamp, stamp
+            self.sight = Sight(stamp, found.T_map_base, tuple(s for s, fits in zip(known, found.fits.tolist(), strict=True) if fits))
         if self._given is None:
             for marker in graph.watch(known, found):
                 self._alarmed[marker] = stamp
@@ -181,10 +198,14 @@ class VisualSlamPipeline:
         return found if enough else None
 
     def _add(self, graph: MarkerGraph, sightings: list[Sighting]) -> None:
-        before = self._keyframe[1] if self._keyframe else self._T_odom_base
-        if graph.add(self._T_map_base, self._covariance, before.inverse() @ self._T_odom_base, sightings):
-            self._T_map_base, self._covariance = graph.keyframes[-1].T_map_base, graph.keyframes[-1].covariance
-        self._keyframe = self._T_map_base, self._T_odom_base
+        motion = self._motion
+        T_odom_base, told = motion.ego.motion.pose_at(motion.stamp), motion.told()
+        step = self._T_odom_keyframe.inverse() @ T_odom_base if self._keyframe else SE2()
+        if told is not None and not motion.ego.wheels_cover(motion.stamp):
+            step = told.step
+        if graph.add(motion.T_map_base, motion.covariance, step, sightings, told if self._keyframe else None):
+            motion.correct(graph.keyframes[-1].T_map_base, graph.keyframes[-1].covariance)
+        self._keyframe, self._T_odom_keyframe = motion.T_map_base, T_odom_base
 
     def _begun(self, image: RgbdImage) -> MarkerGraph:
         """A graph for this camera, with the given map's markers."""
@@ -197,12 +218,23 @@ class VisualSlamPipeline:
         return graph
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
-        pose = self._pose_at(frame.stamp)
-        covariance = self._settings.noise.propagate(self._covariance, self._T_map_base, self._step_to(frame.stamp))
+        pose, covariance = self._motion.at(frame.stamp)
         reason = self._reason(frame)
         status = Status.LOST if self._lost else Status.DEGRADED if reason else Status.TRACKING
         reason = "no known marker seen yet" if self._lost else reason
-        return Estimate(frame.stamp, pose, pose @ self._motion.wheels.inverse(), covariance, status, 0.0 if self._lost else 1.0, reason)
+        T_map_odom = pose @ self._motion.ego.motion.wheels.inverse()
+        health = 0.0 if self._lost else 1.0
+        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason, self._sources(frame))
+
+    def _sources(self, frame: SensorFrame) -> tuple[str, ...]:
+        recent, motion = frame.stamp - RECENT, self._motion
+        telling = {
+            "markers": self._located_at > recent,
+            "visual odometry": motion.seeing and motion.stamp > recent,
+            "wheels": motion.ego.motion.newest > recent,
+            "gyro": motion.ego.motion.gyro_turn(frame.stamp - GYRO, frame.stamp) is not None,
+        }
+        return tuple(name for name, tells in telling.items() if tells)
 
     def _reason(self, frame: SensorFrame) -> str:
         if self._mapper.full:
@@ -211,10 +243,16 @@ class VisualSlamPipeline:
             return silent
         if self._complaint:
             return self._complaint
+        if self._motion.ego.motion.newest < frame.stamp - RECENT and self._known_at < frame.stamp - RECENT:
+            return "no wheels, and neither a known marker nor enough texture in view"
         if self._graph is not None and self._graph.suspicion:
             return self._graph.suspicion
         alarms = self._graph.alarms if self._graph else {}
         return "; ".join(alarms[marker] for marker, stamp in self._alarmed.items() if frame.stamp < stamp + SHOWN and marker in alarms)
+
+
+def _prior(motion: VisualMotion) -> Prior:
+    return Prior(motion.T_map_base.as_array(), inverse(motion.covariance + EXACT))
 
 
 def _fault(image: RgbdImage, step: SE2, again: bool) -> str:

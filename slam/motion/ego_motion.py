@@ -13,6 +13,8 @@ from slam.se2 import SE2, FloatArray
 
 CARRY = 1.0
 """So long after a scan a robot without wheels is taken to go on as it did [s]."""
+SPAN = 0.02
+"""Over which a twist is taken [s]."""
 
 
 class EgoMotion:
@@ -71,6 +73,13 @@ class EgoMotion:
         """The step between two times [s] at the last velocity, turned by the gyro where it speaks."""
         xi, turn = self._velocity * min(max(end - start, 0.0), CARRY), self.motion.gyro_turn(start, end)
         return SE2.exp(xi if turn is None else np.array([xi[0], xi[1], turn]))
+
+    def twist(self, stamp: float) -> FloatArray:
+        """(3,) v_x, v_y [m/s], omega [rad/s] of base up to a time [s]: by wheels and gyro, without wheels as between the last poses."""
+        if self.wheels_cover(stamp):
+            return (self.motion.pose_at(stamp - SPAN).inverse() @ self.motion.pose_at(stamp)).log() / SPAN
+        turn = self.motion.gyro_turn(stamp - SPAN, stamp)
+        return self._velocity if turn is None else np.array([self._velocity[0], self._velocity[1], turn / SPAN])
 
     def since(self, stamp: float) -> float:
         """Time from the last settled pose to `stamp` [s]; 0 before the first."""
