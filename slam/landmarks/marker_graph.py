@@ -62,7 +62,7 @@ class MarkerGraphSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Told:
-    """A step as camera, wheels and gyro together tell of it."""
+    """A step as the camera tells of it, where no wheels do."""
 
     step: SE2
     information: FloatArray
@@ -81,7 +81,7 @@ class Keyframe:
     sightings: dict[int, Sighting]
     """By marker; those that did not fit are gone."""
     told: Told | None = None
-    """The same step where the camera has followed it too, which is better."""
+    """The same step where there are no wheels."""
 
 
 @dataclass(slots=True, eq=False)
@@ -131,7 +131,7 @@ class MarkerGraph:
             covariance: (3, 3) of it.
             step: what wheels and gyro say since the keyframe before.
             sightings: of known markers those that fit, and all of markers that are not known.
-            told: the step as the camera tells of it too.
+            told: the step where there are no wheels.
         """
         self.keyframes.append(Keyframe(T_map_base, step, covariance, {s.id: s for s in sightings}, told))
         self._sizes.update({s.id: s.size for s in sightings})
@@ -254,7 +254,7 @@ class MarkerGraph:
             steps=(np.array([t.step.as_array() for t in told]).reshape(-1, 3), np.array([t.information for t in told]).reshape(-1, 3, 3)),
             prior=Prior(self.keyframes[0].T_map_base.as_array(), FIXED),
             free=np.ones(len(markers), np.bool_),
-            nominal=self.T_base_camera if self.settings.mount else None,
+            nominal=self.T_base_camera if self.settings.mount and not any(k.told for k in self.keyframes[1:]) else None,
         )
         return bundle, markers
 

@@ -110,7 +110,7 @@ class MarkerDetector:
         Raises:
             MarkerImageError: the camera's K is missing or of another resolution.
         """
-        _require_camera(image, camera)
+        require_camera(image, camera)
         grey = np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
         corners, ids, families, undecoded = self._quads(grey)
         rejected = Counter({"not decoded": undecoded} if undecoded else {})
@@ -193,7 +193,12 @@ def _parameters(settings: Markers, quick: bool) -> cv2.aruco.DetectorParameters:
     return parameters
 
 
-def _require_camera(image: Image, camera: CameraInfo) -> None:
+def require_camera(image: Image, camera: CameraInfo) -> None:
+    """Check that the camera can have taken the image.
+
+    Raises:
+        MarkerImageError: its K is missing or of another resolution.
+    """
     height, width = image.shape[:2]
     if not (camera.K[0, 0] > 0.0 and camera.K[1, 1] > 0.0):
         raise MarkerImageError(f"the camera has no K (focal lengths {camera.K[0, 0]:g}, {camera.K[1, 1]:g}); calibrate it")

@@ -188,6 +188,10 @@ class VisualTracker:
             return replace(step, renewed=True)
         return step
 
+    def forget(self) -> None:
+        """The next image is the first."""
+        self._key = None
+
     def _due(self, key: _Key, step: VisualStep) -> bool:
         if not step.seen:
             return self._misses > PATIENCE or len(key.points) < self._settings.least

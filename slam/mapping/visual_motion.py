@@ -64,7 +64,7 @@ class VisualMotion:
         """Of the newest image [s]."""
         self._since_key = SE2()
         self._in_map = Leg(T_map_base, NOTHING)
-        self._from_mark, self._unbroken = Leg(SE2(), NOTHING), True
+        self._from_mark = Leg(SE2(), NOTHING)
 
     @property
     def seeing(self) -> bool:
@@ -83,15 +83,18 @@ class VisualMotion:
             covariance = covariance + np.diag(self._swerve(max(stamp - self.stamp, 0.0)))
         return self.T_map_base @ step, covariance
 
-    def see(self, image: RgbdImage, mount: SE3) -> None:
-        """Go on to an image, with the camera at `T_base_camera` mount."""
+    def see(self, image: RgbdImage, mount: SE3, *, rest: bool = False) -> None:
+        """Go on to an image, with the camera at `T_base_camera` mount; at `rest` by wheels and gyro alone, which is faster."""
         prediction, step = self._predicted(image.stamp)
         T_before, self.T_map_base = self.T_map_base, self.T_map_base @ step
-        self.visual = self._tracker.update(image, mount, prediction)
+        if rest:
+            self._tracker.forget()
+        self.visual = None if rest else self._tracker.update(image, mount, prediction)
         if self.visual is None:
             self.covariance = self._noise.propagate(self.covariance, T_before, step)
             self._in_map = Leg(self.T_map_base, to_body(self.covariance, self.T_map_base))
-            self._unbroken, self._from_mark = False, Leg(step, NOTHING)
+            self._from_mark = Leg(self._from_mark.T_a_key @ self._since_key @ step, NOTHING)
+            self._since_key = SE2()
         else:
             self._moved(self.visual)
         self.stamp = image.stamp
@@ -103,21 +106,19 @@ class VisualMotion:
         self._in_map = Leg.ending(T_map_base, to_body(covariance, T_map_base), self._since_key)
         self.ego.settle(self.stamp, T_map_base)
 
-    def told(self) -> Told | None:
-        """The step since the last call of this, to the newest image; None where the camera has not seen all of it."""
-        visual, leg, unbroken = self.visual, self._from_mark, self._unbroken
+    def told(self) -> Told:
+        """The step to the newest image since the last call of this; its information is the camera's, which must not have rested."""
+        visual = self.visual
         own = NOTHING if visual is None or visual.renewed else visual.covariance[PLANAR]
-        step, covariance = leg.to(self._since_key, own)
-        self._from_mark, self._unbroken = Leg.ending(SE2(), NOTHING, self._since_key), True
-        information = np.linalg.inv(from_body(covariance, step) + np.eye(3) * LEAST)
-        return Told(step, np.asarray(information, np.float64)) if unbroken else None
+        step, covariance = self._from_mark.to(self._since_key, own)
+        self._from_mark = Leg.ending(SE2(), NOTHING, self._since_key)
+        return Told(step, np.asarray(np.linalg.inv(from_body(covariance, step) + np.eye(3) * LEAST), np.float64))
 
     def _moved(self, visual: VisualStep) -> None:
         """Take what camera and prediction agree on."""
         T_key_now, covariance = visual.T_key_base.to_se2(), visual.covariance[PLANAR]
         self.T_map_base, body = self._in_map.to(T_key_now, covariance)
         self.covariance = from_body(body, self.T_map_base)
-        self._unbroken &= visual.seen
         self._since_key = T_key_now
         if visual.renewed:
             self._in_map, self._from_mark = Leg(self.T_map_base, body), Leg(*self._from_mark.to(T_key_now, covariance))

@@ -15,7 +15,7 @@ from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings
 from slam.landmarks.marker_location import Location
 from slam.landmarks.marker_map import MarkerMap
 from slam.landmarks.marker_map_file import read_marker_map
-from slam.landmarks.markers import Detection, MarkerImageError, Markers
+from slam.landmarks.markers import Detection, MarkerImageError, Markers, require_camera
 from slam.landmarks.sighting import Sighting
 from slam.landmarks.visual_odometry import VisualOdometry
 from slam.mapping.grid_mapper import FULL, GridMapper, MapSettings
@@ -41,6 +41,8 @@ BLIND = 5.0
 
 RECENT = 0.5
 """So long something that has told of the pose counts [s]."""
+PLENTY = 4
+"""Known markers in view from which on nothing is gained by visual odometry beside wheels."""
 GYRO = 0.05
 """The gyro speaks when it covers so long a time [s]."""
 
@@ -104,6 +106,7 @@ class VisualSlamPipeline:
         self._image: RgbdImage | None = None
         self._complaint = ""
         self._located_at = self._known_at = -np.inf
+        self._fitting = 0  # known markers in the newest image that fit
         self._alarmed: dict[int, float] = {}
         self.detection: Detection | None = None
         """Of the newest image."""
@@ -159,14 +162,15 @@ class VisualSlamPipeline:
         if self._complaint or again:
             return
         try:
-            self.detection = self._detector.detect(image.colour, image.colour_info, self._motion.ego.twist(image.stamp))
+            require_camera(image.colour, image.colour_info)
         except MarkerImageError as error:
             self._complaint = str(error)
             return
-        graph = self._graph or self._begun(image)
+        graph, wheels = self._graph or self._begun(image), self._motion.ego.wheels_cover(image.stamp)
         self._motion.scales = graph.scales
-        self._motion.see(image, graph.known.mount)
-        if self._motion.seeing or self._motion.ego.wheels_cover(image.stamp):
+        self._motion.see(image, graph.known.mount, rest=wheels and self._fitting >= PLENTY)
+        self.detection = self._detector.detect(image.colour, image.colour_info, self._motion.ego.twist(image.stamp))
+        if self._motion.seeing or wheels:
             self._known_at = image.stamp
         fitting = self._located(graph, self.detection.sightings, image.stamp)
         if self._given is None and self._settings.keyframes.passes(self._keyframe, self._motion.T_map_base):
@@ -174,7 +178,7 @@ class VisualSlamPipeline:
 
     def _located(self, graph: MarkerGraph, sightings: tuple[Sighting, ...], stamp: float) -> list[Sighting]:
         """Take the pose that the known markers give; returns the sightings that fit, or are not known."""
-        known = graph.known.known(sightings)
+        known, self._fitting = graph.known.known(sightings), 0
         if not known:
             return list(sightings)
         found = None if self._lost else graph.known.locate(known, _prior(self._motion))
@@ -184,7 +188,7 @@ class VisualSlamPipeline:
             return list(sightings)
         if found.believable:
             self._motion.correct(found.T_map_base, found.covariance)
-            self._lost, self._located_at, self._known_at = False, stamp, stamp
+            self._lost, self._located_at, self._known_at, self._fitting = False, stamp, stamp, int(found.fits.sum())
             self.sight = Sight(stamp, found.T_map_base, tuple(s for s, fits in zip(known, found.fits.tolist(), strict=True) if fits))
         if self._given is None:
             for marker in graph.watch(known, found):
@@ -200,10 +204,9 @@ class VisualSlamPipeline:
     def _add(self, graph: MarkerGraph, sightings: list[Sighting]) -> None:
         motion = self._motion
         T_odom_base, told = motion.ego.motion.pose_at(motion.stamp), motion.told()
-        step = self._T_odom_keyframe.inverse() @ T_odom_base if self._keyframe else SE2()
-        if told is not None and not motion.ego.wheels_cover(motion.stamp):
-            step = told.step
-        if graph.add(motion.T_map_base, motion.covariance, step, sightings, told if self._keyframe else None):
+        wheels = motion.ego.wheels_cover(motion.stamp)
+        step = self._T_odom_keyframe.inverse() @ T_odom_base if wheels else told.step
+        if graph.add(motion.T_map_base, motion.covariance, step, sightings, None if wheels else told):
             motion.correct(graph.keyframes[-1].T_map_base, graph.keyframes[-1].covariance)
         self._keyframe, self._T_odom_keyframe = motion.T_map_base, T_odom_base
 
