@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from slam.errors import UnknownNameError
+from slam.fusion.pipeline import Fusion
 from slam.localization.amcl import Amcl
 from slam.localization.known_map import KnownMap
 from slam.localization.localizability import Localizability
@@ -89,6 +90,7 @@ PIPELINES: dict[str, type[PipelineSettings]] = {
     "rbpf": Rbpf,
     "lidar_slam": LidarSlam,
     "visual_slam": VisualSlam,
+    "fusion": Fusion,
 }
 """name -> frozen dataclass of parameters."""
 

@@ -99,6 +99,11 @@ class LidarSlamPipeline:
         self._frozen: OccupancyGrid | None = None
         self._polished: Polished | None = None
 
+    @property
+    def current(self) -> int:
+        """Number of the submap that is tracked in."""
+        return self._current
+
     def update(self, frame: SensorFrame) -> Estimate:
         """Register the frame's scans and answer with the pose at the frame's time."""
         self.front.ego.hear(frame)

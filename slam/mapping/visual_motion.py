@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Leg:
     T_a_key: SE2
     covariance: FloatArray
     """(3, 3) of it, of the body."""
+    seen: bool = True
+    """The camera has followed all of it."""
 
     @classmethod
     def ending(cls, T_a_now: SE2, covariance: FloatArray, T_key_now: SE2) -> Leg:
@@ -64,7 +66,7 @@ class VisualMotion:
         """Of the newest image [s]."""
         self._since_key = SE2()
         self._in_map = Leg(T_map_base, NOTHING)
-        self._from_mark = Leg(SE2(), NOTHING)
+        self._marks: dict[str, Leg] = {}
 
     @property
     def seeing(self) -> bool:
@@ -93,7 +95,7 @@ class VisualMotion:
         if self.visual is None:
             self.covariance = self._noise.propagate(self.covariance, T_before, step)
             self._in_map = Leg(self.T_map_base, to_body(self.covariance, self.T_map_base))
-            self._from_mark = Leg(self._from_mark.T_a_key @ self._since_key @ step, NOTHING)
+            self._marks = {name: Leg(leg.T_a_key @ self._since_key @ step, leg.covariance, False) for name, leg in self._marks.items()}
             self._since_key = SE2()
         else:
             self._moved(self.visual)
@@ -106,12 +108,17 @@ class VisualMotion:
         self._in_map = Leg.ending(T_map_base, to_body(covariance, T_map_base), self._since_key)
         self.ego.settle(self.stamp, T_map_base)
 
-    def told(self) -> Told:
-        """The step to the newest image since the last call of this; its information is the camera's, which must not have rested."""
-        visual = self.visual
+    def told(self, name: str) -> Told | None:
+        """The step to the newest image since this was last asked by that name, as camera, wheels and gyro together tell of it.
+
+        None the first time, and where the camera has not seen all of it.
+        """
+        leg, visual = self._marks.get(name), self.visual
+        self._marks[name] = Leg.ending(SE2(), NOTHING, self._since_key)
+        if leg is None or not leg.seen:
+            return None
         own = NOTHING if visual is None or visual.renewed else visual.covariance[PLANAR]
-        step, covariance = self._from_mark.to(self._since_key, own)
-        self._from_mark = Leg.ending(SE2(), NOTHING, self._since_key)
+        step, covariance = leg.to(self._since_key, own)
         return Told(step, np.asarray(np.linalg.inv(from_body(covariance, step) + np.eye(3) * LEAST), np.float64))
 
     def _moved(self, visual: VisualStep) -> None:
@@ -120,8 +127,11 @@ class VisualMotion:
         self.T_map_base, body = self._in_map.to(T_key_now, covariance)
         self.covariance = from_body(body, self.T_map_base)
         self._since_key = T_key_now
+        if not visual.seen:
+            self._marks = {name: replace(leg, seen=False) for name, leg in self._marks.items()}
         if visual.renewed:
-            self._in_map, self._from_mark = Leg(self.T_map_base, body), Leg(*self._from_mark.to(T_key_now, covariance))
+            self._in_map = Leg(self.T_map_base, body)
+            self._marks = {name: Leg(*leg.to(T_key_now, covariance), leg.seen) for name, leg in self._marks.items()}
             self._since_key = SE2()
 
     def _predicted(self, stamp: float) -> tuple[Prediction, SE2]:

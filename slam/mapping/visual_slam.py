@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slam.landmarks.marker_bundle import Prior, inverse
-from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings
+from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings, Told
 from slam.landmarks.marker_location import Location
 from slam.landmarks.marker_map import MarkerMap
 from slam.landmarks.marker_map_file import read_marker_map
@@ -41,6 +41,8 @@ BLIND = 5.0
 
 RECENT = 0.5
 """So long something that has told of the pose counts [s]."""
+UNTOLD = Told(SE2(), np.diag([1.0, 1.0, 1.0]))
+"""A step of which neither wheels nor camera tell."""
 PLENTY = 4
 """Known markers in view from which on nothing is gained by visual odometry beside wheels."""
 GYRO = 0.05
@@ -95,7 +97,7 @@ class VisualSlamPipeline:
         self._detector = settings.markers.build()
         self._given = given
         self._graph: MarkerGraph | None = None
-        self._motion = VisualMotion(settings.odometry, settings.noise, settings.unveil, T_map_base or SE2())
+        self.motion = VisualMotion(settings.odometry, settings.noise, settings.unveil, T_map_base or SE2())
         self._watch = SensorWatch(images=True)
         self._mapper = GridMapper(settings.map)
         self._path = ScanTrajectory()
@@ -126,11 +128,11 @@ class VisualSlamPipeline:
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Locate the frame's images, draw its scans, and answer with the pose at the frame's time."""
-        self._motion.ego.hear(frame)
+        self.motion.ego.hear(frame)
         for image in frame.images:
             self._see(image)
             if "scans" not in frame.available:
-                self._path.append(image.stamp, self._motion.T_map_base)
+                self._path.append(image.stamp, self.motion.T_map_base)
         for scan in frame.scans:
             self._draw(scan)
         return self._estimate(frame)
@@ -146,7 +148,7 @@ class VisualSlamPipeline:
 
     def _draw(self, scan: LaserScan) -> None:
         """Draw a scan into the grid."""
-        T_map_base, cloud = self._motion.at(scan.stamp)[0], self._motion.ego.points(scan)
+        T_map_base, cloud = self.motion.at(scan.stamp)[0], self.motion.ego.points(scan)
         self._path.append(scan.stamp, T_map_base)
         if len(cloud.points) > 0 and not self._lost and self._settings.scans.passes(self._scan, T_map_base):
             self._mapper.insert(T_map_base, cloud.points, cloud.origins)
@@ -157,7 +159,7 @@ class VisualSlamPipeline:
         if self._image is not None and image.stamp <= self._image.stamp:
             return
         again = self._image is not None and np.array_equal(self._image.colour, image.colour)
-        self._complaint = _fault(image, self._motion.step_to(image.stamp), again)
+        self._complaint = _fault(image, self.motion.step_to(image.stamp), again)
         self._image = image
         if self._complaint or again:
             return
@@ -166,14 +168,14 @@ class VisualSlamPipeline:
         except MarkerImageError as error:
             self._complaint = str(error)
             return
-        graph, wheels = self._graph or self._begun(image), self._motion.ego.wheels_cover(image.stamp)
-        self._motion.scales = graph.scales
-        self._motion.see(image, graph.known.mount, rest=wheels and self._fitting >= PLENTY)
-        self.detection = self._detector.detect(image.colour, image.colour_info, self._motion.ego.twist(image.stamp))
-        if self._motion.seeing or wheels:
+        graph, wheels = self._graph or self._begun(image), self.motion.ego.wheels_cover(image.stamp)
+        self.motion.scales = graph.scales
+        self.motion.see(image, graph.known.mount, rest=wheels and self._fitting >= PLENTY)
+        self.detection = self._detector.detect(image.colour, image.colour_info, self.motion.ego.twist(image.stamp))
+        if self.motion.seeing or wheels:
             self._known_at = image.stamp
         fitting = self._located(graph, self.detection.sightings, image.stamp)
-        if self._given is None and self._settings.keyframes.passes(self._keyframe, self._motion.T_map_base):
+        if self._given is None and self._settings.keyframes.passes(self._keyframe, self.motion.T_map_base):
             self._add(graph, fitting)
 
     def _located(self, graph: MarkerGraph, sightings: tuple[Sighting, ...], stamp: float) -> list[Sighting]:
@@ -181,13 +183,13 @@ class VisualSlamPipeline:
         known, self._fitting = graph.known.known(sightings), 0
         if not known:
             return list(sightings)
-        found = None if self._lost else graph.known.locate(known, _prior(self._motion))
+        found = None if self._lost else graph.known.locate(known, _prior(self.motion))
         if found is None or not found.believable:
             found = self._relocated(graph, known) or found
         if found is None:
             return list(sightings)
         if found.believable:
-            self._motion.correct(found.T_map_base, found.covariance)
+            self.motion.correct(found.T_map_base, found.covariance)
             self._lost, self._located_at, self._known_at, self._fitting = False, stamp, stamp, int(found.fits.sum())
             self.sight = Sight(stamp, found.T_map_base, tuple(s for s, fits in zip(known, found.fits.tolist(), strict=True) if fits))
         if self._given is None:
@@ -202,11 +204,11 @@ class VisualSlamPipeline:
         return found if enough else None
 
     def _add(self, graph: MarkerGraph, sightings: list[Sighting]) -> None:
-        motion = self._motion
-        T_odom_base, told = motion.ego.motion.pose_at(motion.stamp), motion.told()
-        wheels = motion.ego.wheels_cover(motion.stamp)
-        step = self._T_odom_keyframe.inverse() @ T_odom_base if wheels else told.step
-        if graph.add(motion.T_map_base, motion.covariance, step, sightings, None if wheels else told):
+        motion = self.motion
+        wheels, told = motion.ego.wheels_cover(motion.stamp), motion.told("keyframes")
+        T_odom_base = motion.ego.motion.pose_at(motion.stamp)
+        step = self._T_odom_keyframe.inverse() @ T_odom_base if wheels or told is None else told.step
+        if graph.add(motion.T_map_base, motion.covariance, step, sightings, None if wheels else told or UNTOLD):
             motion.correct(graph.keyframes[-1].T_map_base, graph.keyframes[-1].covariance)
         self._keyframe, self._T_odom_keyframe = motion.T_map_base, T_odom_base
 
@@ -221,16 +223,16 @@ class VisualSlamPipeline:
         return graph
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
-        pose, covariance = self._motion.at(frame.stamp)
+        pose, covariance = self.motion.at(frame.stamp)
         reason = self._reason(frame)
         status = Status.LOST if self._lost else Status.DEGRADED if reason else Status.TRACKING
         reason = "no known marker seen yet" if self._lost else reason
-        T_map_odom = pose @ self._motion.ego.motion.wheels.inverse()
+        T_map_odom = pose @ self.motion.ego.motion.wheels.inverse()
         health = 0.0 if self._lost else 1.0
         return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason, self._sources(frame))
 
     def _sources(self, frame: SensorFrame) -> tuple[str, ...]:
-        recent, motion = frame.stamp - RECENT, self._motion
+        recent, motion = frame.stamp - RECENT, self.motion
         telling = {
             "markers": self._located_at > recent,
             "visual odometry": motion.seeing and motion.stamp > recent,
@@ -246,7 +248,7 @@ class VisualSlamPipeline:
             return silent
         if self._complaint:
             return self._complaint
-        if self._motion.ego.motion.newest < frame.stamp - RECENT and self._known_at < frame.stamp - RECENT:
+        if self.motion.ego.motion.newest < frame.stamp - RECENT and self._known_at < frame.stamp - RECENT:
             return "no wheels, and neither a known marker nor enough texture in view"
         if self._graph is not None and self._graph.suspicion:
             return self._graph.suspicion

@@ -1,0 +1,1 @@
+"""One estimator over wheels, gyro, scans, markers and visual odometry."""
