@@ -79,8 +79,8 @@ def _draw_markers(axes: Axes, world: World) -> None:
 
 
 def _draw_posters(axes: Axes, world: World) -> None:
-    for poster in world.posters:
-        corners = poster.corners()
+    for hung in (*world.posters, *world.boards):
+        corners = hung.corners()
         axes.plot(corners[:2, 0], corners[:2, 1], color=POSTER, linewidth=3.0, solid_capstyle="butt", zorder=5)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sim.raster.kernels.faces import Shapes
 from sim.scene import middle, standing_solids
-from sim.textures import COLOURS, MARGIN, Cells, marker_print, poster_print
+from sim.textures import COLOURS, MARGIN, Cells, board_print, marker_print, poster_print
 from slam.se2 import SE2, FloatArray
 from worlds.parts import Cylinder, Material, Wall
 from worlds.world import Solid, World
@@ -158,10 +158,11 @@ def _floor(world: World) -> Faces:
 
 
 def _hung(world: World) -> list[tuple[FloatArray, Cells]]:
-    """Corners and cells of every marker's print, then of every poster."""
+    """Corners and cells of every marker's print, then of every poster, then of every board."""
     marker_cells = [(marker, marker_print(world.dictionary, marker.id)) for marker in world.markers]
     posters = [(poster.corners(), poster_print(poster.seed)) for poster in world.posters]
-    return [*((_grown(marker.corners(), len(cells)), cells) for marker, cells in marker_cells), *posters]
+    boards = [(board.corners(), board_print(board)) for board in world.boards]
+    return [*((_grown(marker.corners(), len(cells)), cells) for marker, cells in marker_cells), *posters, *boards]
 
 
 def _print_face(corners: FloatArray, cells: Cells, number: int) -> Faces:

@@ -10,7 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.landmarks import boards
 from slam.se2 import FloatArray
+from worlds.parts import Board
 
 Cells = NDArray[np.uint8]
 """(h, w, 3) red, green, blue of the cells of a print."""
@@ -77,6 +79,13 @@ def marker_print(dictionary: str, number: int) -> Cells:
     known = cv2.aruco.getPredefinedDictionary(cast(int, getattr(cv2.aruco, dictionary)))
     modules = cv2.aruco.generateImageMarker(known, number, known.markerSize + 2)
     return np.repeat(np.pad(np.asarray(modules, np.uint8), MARGIN, constant_values=255)[:, :, None], 3, axis=2)
+
+
+@cache
+def board_print(board: Board) -> Cells:
+    """The cells of a ChArUco board, without a margin."""
+    print_ = boards.Board("charuco", board.columns, board.rows, board.square, 0.75 * board.square, board.dictionary, board.first)
+    return np.repeat(np.where(print_.cells()[0], 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
 
 
 @cache

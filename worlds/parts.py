@@ -1,4 +1,4 @@
-"""What stands in a world: walls, boxes, cylinders, markers, posters. Frozen; ranges are checked when a `World` is made of them."""
+"""What stands in a world: walls, boxes, cylinders, markers, posters, boards. Frozen; ranges are checked when a `World` is made of them."""
 
 from __future__ import annotations
 
@@ -154,6 +154,34 @@ class Poster(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def corners(self) -> FloatArray:
         """Corners (4, 3) [m]: top left, top right, bottom right, bottom left as seen from the front."""
         return _print_corners(self.position, self.yaw, self.size)
+
+
+class Board(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A ChArUco board to calibrate a camera by, that only the camera sees. Its frame is as a marker's, tilted."""
+
+    position: tuple[Coordinate, Coordinate, Height]
+    """Its middle (x, y, z) [m]."""
+    yaw: Angle
+    """Direction in which it looks: heading of its outward normal [rad]."""
+    tilt: Annotated[float, Meta(ge=-1.2, le=1.2)] = 0.0
+    """How far it looks up [rad]."""
+    columns: Annotated[int, Meta(ge=3, le=20)] = 5
+    """Squares across."""
+    rows: Annotated[int, Meta(ge=3, le=20)] = 7
+    """Squares down."""
+    square: Length = 0.1
+    """Side of a square [m]; that of a marker in it is three quarters of it."""
+    dictionary: Literal["DICT_4X4_250", "DICT_5X5_250", "DICT_6X6_250"] = "DICT_6X6_250"
+    """Of its markers."""
+    first: Annotated[int, Meta(ge=0, le=200)] = 0
+    """Id of its first marker."""
+
+    def corners(self) -> FloatArray:
+        """Corners of the squares (4, 3) [m]: top left, top right, bottom right, bottom left as seen from the front."""
+        upright = _print_corners((0.0, 0.0, 0.0), 0.0, (self.columns * self.square, self.rows * self.square))
+        (ct, st), (c, s) = (math.cos(self.tilt), math.sin(self.tilt)), (math.cos(self.yaw), math.sin(self.yaw))
+        tilted = upright @ np.array([[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]])
+        return np.array(self.position) + tilted @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _print_corners(position: tuple[float, float, float], yaw: float, size: tuple[float, float]) -> FloatArray:

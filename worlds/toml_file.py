@@ -16,7 +16,7 @@ from worlds.errors import WorldFileError, WorldValueError
 from worlds.lines import line_of
 from worlds.world import World
 
-_TABLES = ("wall", "box", "cylinder", "marker", "poster", "door", "person")
+_TABLES = ("wall", "box", "cylinder", "marker", "poster", "board", "door", "person")
 
 
 def read_world(path: Path) -> World:

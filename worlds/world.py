@@ -13,7 +13,7 @@ from worlds import geometry
 from worlds.complaints import complaint
 from worlds.errors import WorldValueError
 from worlds.living import PERSON_RADIUS, Door, Light, Person
-from worlds.parts import Angle, Box, Coordinate, Cylinder, FloatArray, FloorTexture, Marker, Point, Poster, Wall
+from worlds.parts import Angle, Board, Box, Coordinate, Cylinder, FloatArray, FloorTexture, Marker, Point, Poster, Wall
 
 Solid = Wall | Box | Cylinder
 
@@ -51,6 +51,7 @@ class World(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=True):
     cylinders: tuple[Cylinder, ...] = msgspec.field(name="cylinder", default=())
     markers: tuple[Marker, ...] = msgspec.field(name="marker", default=())
     posters: tuple[Poster, ...] = msgspec.field(name="poster", default=())
+    boards: tuple[Board, ...] = msgspec.field(name="board", default=())
     doors: tuple[Door, ...] = msgspec.field(name="door", default=())
     people: tuple[Person, ...] = msgspec.field(name="person", default=())
     light: Light = Light()

@@ -70,15 +70,19 @@ def settings_of(options: RunOptions) -> PipelineSettings | LocalizerSettings:
     classes = LOCALIZERS if options.pipeline in LOCALIZERS else PIPELINES
     if options.pipeline not in classes:
         raise UnknownNameError("pipeline", options.pipeline, sorted([*PIPELINES, *LOCALIZERS]))
-    return _with_marker_map(read_parameters(classes[options.pipeline], options.params), options)
+    return _with_markers(read_parameters(classes[options.pipeline], options.params), options)
 
 
-def _with_marker_map(settings: PipelineSettings | LocalizerSettings, options: RunOptions) -> PipelineSettings | LocalizerSettings:
-    if options.marker_map is None:
-        return settings
+def _with_markers(settings: PipelineSettings | LocalizerSettings, options: RunOptions) -> PipelineSettings | LocalizerSettings:
+    """The settings with the files of the options that speak of markers."""
+    for name, file in (("--marker-map", options.marker_map), ("--camera-info", options.camera_info)):
+        if file is not None and not isinstance(settings, VisualSlam):
+            raise UsageError(f"{name}: the pipeline '{options.pipeline}' does not look at markers; take --pipeline visual_slam")
     if not isinstance(settings, VisualSlam):
-        raise UsageError(f"--marker-map: the pipeline '{options.pipeline}' does not look at markers; take --pipeline visual_slam")
-    return dataclasses.replace(settings, marker_map=str(options.marker_map))
+        return settings
+    if options.camera_info is not None:
+        settings = dataclasses.replace(settings, markers=dataclasses.replace(settings.markers, camera_info=str(options.camera_info)))
+    return settings if options.marker_map is None else dataclasses.replace(settings, marker_map=str(options.marker_map))
 
 
 def assemble(options: RunOptions, settings: PipelineSettings | LocalizerSettings, faults: Sequence[Fault] = ()) -> Assembly:

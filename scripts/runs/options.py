@@ -40,11 +40,14 @@ class RunOptions:
     """Map to localise in: the folder of a run, whose map.yaml is taken, or the .yaml of any map_server map."""
     marker_map: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none, a new one)")] = None
     """Marker map to localise in with `visual_slam`: markers.yaml of the run that made it, or an ArUco MarkerMap."""
+    camera_info: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what comes with the images)")] = None
+    """CameraInfo YAML whose K and distortion markers are measured with; `twin calibrate camera` writes one."""
     session: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="(default: none, a new map)")] = None
     """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
     With `mapping = false` in --params the robot is only localised in it."""
     policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
-    """What drives: `tour` follows the route of the world, `none` stands still; a recording cannot be driven."""
+    """What drives: `tour` follows the route of the world, `spin` turns once round in its middle, `none` stands still; a recording cannot
+    be driven."""
     start: Annotated[
         tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin; in a --map: unknown)")
     ] = None

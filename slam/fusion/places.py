@@ -78,9 +78,7 @@ class LidarPlaces:
         self._last = stamp, T_map_base
         return found.moved(self.T_map_frame.inverse())
 
-    def _follow(
-        self, stamp: float, T_map_submap: SE2, T_map_base: SE2, stepped: Callable[[float, float], tuple[SE2, FloatArray]]
-    ) -> None:
+    def _follow(self, stamp: float, T_map_submap: SE2, T_map_base: SE2, stepped: Callable[[float, float], tuple[SE2, FloatArray]]) -> None:
         """Let the frame jump as the lidar's map does."""
         known, self._known = self._known, (self._lidar.current, T_map_submap)
         if known is None or self._last is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from slam.errors import ParameterError, SlamError, require_not_negative, require_positive
 from slam.kernels.lens import to_pixel
 from slam.kernels.planar_pose import carried, square_poses
+from slam.landmarks.camera_info_file import read_camera_info, with_intrinsics
 from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines, lens_of
 from slam.landmarks.marker_family import MarkerFamily
 from slam.landmarks.sighting import Sighting
@@ -43,6 +45,8 @@ class Markers:
 
     families: tuple[MarkerFamily, ...] = (MarkerFamily(),)
     """Dictionaries and sizes."""
+    camera_info: str = ""
+    """CameraInfo YAML of `twin calibrate camera` whose K and distortion are taken; none: those that come with the images."""
     corners: CornerMethod = "lines"
     """`lines`, our own; OpenCV's `none`, `subpix`, `contour`, `apriltag` for comparison."""
     quick: bool = False
@@ -72,6 +76,7 @@ class Markers:
 
         Raises:
             ParameterError: a dictionary that there is not.
+            CameraInfoFileError: the camera's file cannot be read.
         """
         return MarkerDetector(self)
 
@@ -94,6 +99,7 @@ class MarkerDetector:
 
     def __init__(self, settings: Markers) -> None:
         self.settings = settings
+        self._calibrated = read_camera_info(Path(settings.camera_info)) if settings.camera_info else None
         dictionaries = [family.load() for family in settings.families]
         self._modules = [dictionary.markerSize + 2.0 for dictionary in dictionaries]
         passes = (True, False) if settings.quick else (False,)
@@ -110,6 +116,7 @@ class MarkerDetector:
         Raises:
             MarkerImageError: the camera's K is missing or of another resolution.
         """
+        camera = with_intrinsics(camera, self._calibrated) if self._calibrated else camera
         require_camera(image, camera)
         grey = np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
         corners, ids, families, undecoded = self._quads(grey)

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from slam.errors import SlamError, UnknownNameError
 from slam.messages import Estimate, SensorFrame, Twist
+from slam.navigation.spin import Spin
 from slam.navigation.tour import Tour
 from slam.se2 import FloatArray
 from slam.snapshot import Snapshot
@@ -41,7 +42,7 @@ def _idle(frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist |
     return None
 
 
-POLICIES: dict[str, type[PolicySettings]] = {"tour": Tour, "none": Idle}
+POLICIES: dict[str, type[PolicySettings]] = {"tour": Tour, "spin": Spin, "none": Idle}
 """name -> frozen dataclass of parameters."""
 
 

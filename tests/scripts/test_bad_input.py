@@ -30,7 +30,7 @@ def refused(capsys, tmp_path):
         ("--world aruco_room:colour=red", "option colour: write option=value; options: size"),
         ("--world nowhere.toml", "nowhere.toml: cannot be read: No such file or directory"),
         ("--pipeline lidr", "no pipeline 'lidr'; available: amcl, icp_odometry, lidar, lidar_slam, "),
-        ("--policy fly", "no policy 'fly'; available: none, tour"),
+        ("--policy fly", "no policy 'fly'; available: none, "),
         ("--robot r2d2", "no robot 'r2d2'; available: ev3, kinematic, replay, sim"),
         ("--robot sim:corridor", "--robot sim takes no 'corridor'; a world is chosen by --world"),
         ("--robot replay", "--robot replay needs a recording"),

@@ -1,0 +1,1 @@
+"""What `twin calibrate` measures, one file each."""
