@@ -1,0 +1,1 @@
+"""What `twin print` prints, one file each."""
