@@ -46,8 +46,8 @@ class RunOptions:
     """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
     With `mapping = false` in --params the robot is only localised in it."""
     policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
-    """What drives: `tour` follows the route of the world, `spin` turns once round in its middle, `none` stands still; a recording cannot
-    be driven."""
+    """What drives: `tour` follows the route of the world, `spin` turns once round in its middle, `perimeter` keeps along
+    the walls, `none` stands still; a recording cannot be driven."""
     start: Annotated[
         tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin; in a --map: unknown)")
     ] = None
