@@ -1,4 +1,4 @@
-"""The verb `twin calibrate`: what has to be measured once before a sensor can be trusted."""
+"""The verb `twin calibrate`: measure what the robot is, and write it where every verb can read it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import importlib
 
 from scripts.errors import UsageError
 
-HELP = "measure a camera's lens, from photographs of a board, from a film or from a robot"
+HELP = "measure the robot: its wheels and its camera"
 
-CALIBRATIONS = {"camera": "K and distortion of a camera, from a ChArUco board or a chessboard"}
-"""name -> what it measures; each is one file in scripts/calibrations."""
+CALIBRATIONS = {
+    "odometry": "wheel radii and track, from a drive with the lidar",
+    "camera": "K and distortion of a camera, from a ChArUco board or a chessboard",
+}
+"""name -> what is measured; each is one file in scripts/calibrations."""
 
 
 def main(argv: list[str]) -> int:
@@ -24,5 +27,5 @@ def main(argv: list[str]) -> int:
         return 0
     name, *rest = argv
     if name not in CALIBRATIONS:
-        raise UsageError(f"nothing called '{name}' to calibrate; available: {', '.join(sorted(CALIBRATIONS))}")
+        raise UsageError(f"no calibration '{name}'; available: {', '.join(sorted(CALIBRATIONS))}")
     return importlib.import_module(f"scripts.calibrations.{name}").main(rest)

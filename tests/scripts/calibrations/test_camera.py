@@ -125,4 +125,4 @@ def test_calibrate_says_what_there_is_to_calibrate(capsys) -> None:
     assert main(["calibrate"]) == 0
     assert "camera" in capsys.readouterr().out
     assert main(["calibrate", "gyro"]) == 2
-    assert "nothing called 'gyro' to calibrate; available: camera" in capsys.readouterr().err
+    assert "no calibration 'gyro'; available: camera, odometry" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""The parts of `twin calibrate`: one file for each thing that is measured."""
