@@ -1,32 +1,40 @@
-"""The real robot: an EV3 and a lidar, composed into a `Robot`."""
+"""The real robot: an EV3, a lidar and a camera, composed into a `Robot`."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
+from hardware.drivers.errors import DeviceError
 from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports
 from hardware.drivers.hokuyo import HokuyoDriver
 from hardware.drivers.orders import Orders
-from hardware.errors import HardwareError, NotOpenError, SpecError
+from hardware.drivers.realsense import Camera, RealSenseDriver, find_camera
+from hardware.drivers.transport import host_and_port
+from hardware.errors import SpecError
 from hardware.hal import Health
+from hardware.host_clock import HostClock
 from hardware.openable import Openable
 from hardware.queues import EventQueue, Subscription
 from hardware.spec import DriveSpec, RobotSpec
-from slam.messages import Imu, LaserScan, SensorFrame, Twist, WheelOdometry
+from slam.messages import Imu, LaserScan, RgbdImage, SensorFrame, Twist, WheelOdometry
 
-SENSORS = ("odometry", "imu", "scans")
+SENSORS = ("odometry", "imu", "scans", "images")
+IMAGES_KEPT = 32
+"""Images that wait for a reader who does not come: they are large."""
 HOLD_LIMIT = 1.0
-"""A scan is not held longer than this for odometry that does not come [s]."""
+"""A scan or an image is not held longer than this for odometry that does not come [s]."""
 FRESH = 0.1
 """An encoder reading older than this is not the end of a frame: the brick is silent [s]."""
 BLIND_TIME = 1.0
 """Without a scan for so long the robot does not drive [s]."""
 STALL_PATIENCE = 1.0
 """A wheel that is stalled for so long is not driven on until a twist of zero has been commanded [s]."""
+
+Lasting = TypeVar("Lasting", LaserScan, RgbdImage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,8 @@ class Ev3:
     """Where the brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
     lidar: str = "/dev/ttyACM0"
     """Where the lidar is: the path of a serial port, or `tcp:HOST[:PORT]`; empty: there is none."""
+    camera: str = "none"
+    """Where the camera is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]` for the one of `twin emulate`, or `none`."""
     ports: Ev3Ports = field(default_factory=Ev3Ports)
     """What is plugged into the brick where."""
     low_battery: float = 6.2
@@ -49,7 +59,8 @@ class Ev3:
         if spec.drive is None:
             raise SpecError("the robot drives on wheels; give the spec a `drive`")
         imu = replace(spec.imu, period=spec.drive.period) if spec.imu is not None and self.ports.gyro else None  # both in one message
-        object.__setattr__(self, "spec", replace(spec, camera=None, imu=imu, lidar=spec.lidar if self.lidar else None))
+        camera = spec.camera if self.camera != "none" else None
+        object.__setattr__(self, "spec", replace(spec, camera=camera, imu=imu, lidar=spec.lidar if self.lidar else None))
 
     def build(self) -> Ev3Robot:
         """Make the robot; nothing is opened yet."""
@@ -68,13 +79,16 @@ class Ev3Robot(Openable):
             "imu": self._imu,
             "scans": self._scans,
             "commands": EventQueue[Any](),
-            "images": EventQueue[Any](),
+            "images": EventQueue[Any](IMAGES_KEPT),
         }
         self._orders = Orders(spec.drive or DriveSpec(), PERCENT_RATE, self._queues["commands"])
         self._brick = Ev3Driver(parameters.ev3, parameters.ports, spec, self._orders, (self._odometry, self._imu))
         self._lidar = HokuyoDriver(parameters.lidar, spec.lidar, self._scans) if spec.lidar is not None else None
+        find = camera_finder(parameters.camera)
+        self._camera = RealSenseDriver(parameters.camera, spec, self._queues["images"], find) if spec.camera is not None else None
         self._inbox: dict[str, Subscription[Any]] = {}
         self._held: list[LaserScan] = []
+        self._developing: list[RgbdImage] = []
         self._covered = float("-inf")
         self._clock = HostClock()
         self._opened = 0.0
@@ -95,11 +109,11 @@ class Ev3Robot(Openable):
 
     @property
     def queues(self) -> Mapping[str, EventQueue[Any]]:
-        """`odometry`, `imu`, `scans`, `images` (always empty), `commands`."""
+        """`odometry`, `imu`, `scans`, `images`, `commands`."""
         return self._queues
 
     def open(self) -> None:
-        """Take hold of brick and lidar; an open robot stays as it is.
+        """Take hold of brick, lidar and camera; an open robot stays as it is.
 
         Raises:
             DeviceError: one of them cannot be used; nothing is held.
@@ -109,14 +123,14 @@ class Ev3Robot(Openable):
         for queue in self._queues.values():
             queue.latest = None
         with ExitStack() as held:
-            if self._lidar is not None:
-                self._lidar.open()
-                held.callback(self._lidar.close)
+            for sensor in self._eyes:
+                sensor.open()
+                held.callback(sensor.close)
             self._inbox = {name: self._queues[name].subscribe() for name in SENSORS}
             held.callback(self._unsubscribe)
             self._brick.open()
             held.pop_all()
-        self._held, self._covered, self._framed = [], float("-inf"), float("-inf")
+        self._held, self._developing, self._covered, self._framed = [], [], float("-inf"), float("-inf")
         self._stuck, self._given_up, self._emergency = None, False, False
         self._opened = time.monotonic()
         self._clock.running = True
@@ -125,28 +139,25 @@ class Ev3Robot(Openable):
         """Stop the wheels and let go. May be called twice."""
         self._clock.running = False
         self._brick.close()
-        if self._lidar is not None:
-            self._lidar.close()
+        for sensor in self._eyes:
+            sensor.close()
         self._unsubscribe()
 
     def read(self) -> SensorFrame:
-        """Everything since the last read, oldest first; a scan waits for the odometry of its end.
+        """Everything since the last read, oldest first; scans and images wait for the odometry of their end.
 
         Raises:
             NotOpenError: outside `open()` .. `close()`.
         """
         self._clock.require()
-        scans, imu, odometry = (tuple(self._inbox[name].take()) for name in ("scans", "imu", "odometry"))
+        images, scans, imu, odometry = (tuple(self._inbox[name].take()) for name in reversed(SENSORS))
         now = self._clock.now()
         self._covered = odometry[-1].stamp if odometry else self._covered
-        waiting = [*self._held, *scans]
-        ready = 0
-        while ready < len(waiting) and (waiting[ready].end <= self._covered or now - waiting[ready].end > HOLD_LIMIT):
-            ready += 1
-        self._held = waiting[ready:]
+        scans, self._held = self._split([*self._held, *scans], now)
+        images, self._developing = self._split([*self._developing, *images], now)
         # a frame ends on its last encoder reading, or the estimate would be of a time that nothing was measured at
         self._framed = max(self._framed, self._covered if now - self._covered < FRESH else now)
-        return SensorFrame(self._framed, odometry, imu, tuple(waiting[:ready]), self.spec.available)
+        return SensorFrame(self._framed, odometry, imu, scans, self.spec.available, images)
 
     def drive(self, twist: Twist) -> Twist:
         """Command a twist of `base`; returns what is really commanded after limits, zero while it is not safe to move.
@@ -166,9 +177,20 @@ class Ev3Robot(Openable):
     def health(self) -> Health:
         """The body's state now."""
         state = self._brick.state
-        link = self._brick.link and (self._lidar is None or self._lidar.link)
+        link = self._brick.link and all(sensor.link for sensor in self._eyes)
         dropped = sum(inbox.dropped for inbox in self._inbox.values())
         return Health(state.volts, state.stalled, link, dropped, self._emergency)
+
+    @property
+    def _eyes(self) -> list[HokuyoDriver | RealSenseDriver]:
+        return [sensor for sensor in (self._lidar, self._camera) if sensor is not None]
+
+    def _split(self, waiting: Sequence[Lasting], now: float) -> tuple[tuple[Lasting, ...], list[Lasting]]:
+        """Readings that odometry covers or that have waited too long at `now` [s], and the rest."""
+        ready = 0
+        while ready < len(waiting) and (waiting[ready].end <= self._covered or now - waiting[ready].end > HOLD_LIMIT):
+            ready += 1
+        return tuple(waiting[:ready]), list(waiting[ready:])
 
     def _must_stand(self, twist: Twist, now: float) -> bool:
         state = self._brick.state
@@ -198,35 +220,18 @@ class Ev3Robot(Openable):
         self._inbox = {}
 
 
-class HostClock:
-    """The computer's monotonic clock. Implements `hardware.hal.Clock`."""
+def camera_finder(address: str) -> Callable[[], Camera]:
+    """What connects to the camera at an address.
 
-    def __init__(self) -> None:
-        self.running = False
+    Raises:
+        DeviceError: the address is none.
+    """
+    way, _, rest = address.partition(":")
+    if way == "tcp":
+        from hardware.emulators.d435_feeder import TCP_PORT, Feeder  # only who emulates needs it
 
-    def now(self) -> float:
-        """Time [s]; its zero is the computer's."""
-        return time.monotonic()
-
-    def sleep_until(self, t: float) -> bool:
-        """Wait until `t` [s].
-
-        Raises:
-            NotOpenError: outside the robot's `open()` .. `close()`.
-            HardwareError: `t` is not a time.
-        """
-        self.require()
-        if not t < float("inf"):
-            raise HardwareError(f"cannot sleep until {t}; give a finite time")
-        while (left := t - time.monotonic()) > 0.0:
-            time.sleep(left)
-        return True
-
-    def require(self) -> None:
-        """Be open.
-
-        Raises:
-            NotOpenError: the robot is not.
-        """
-        if not self.running:
-            raise NotOpenError
+        place = host_and_port(rest, TCP_PORT)
+        return lambda: Feeder(*place)
+    if way not in ("usb", "none"):
+        raise DeviceError("camera", f"no address '{address}'", "write usb, usb:SERIAL, tcp:HOST[:PORT] or none")
+    return lambda: find_camera(rest)

@@ -9,12 +9,13 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TextIO
+from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 from tyro.conf import arg
 
 from hardware.drivers.transport import host_and_port
 from hardware.emulators.channels import Channel, PtyChannel, TcpChannel
+from hardware.emulators.d435 import D435
 from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
 from hardware.emulators.port import Port
 from hardware.emulators.urg_lidar import UrgLidar
@@ -25,7 +26,11 @@ from scripts.options import OptionalFile, parse
 from scripts.runs.interruption import interruptible
 from slam.messages import Trajectory
 
-HELP = "serve the brick and the lidar of the real robot on ports, with the twin behind them"
+if TYPE_CHECKING:
+    from sim.twin import Twin
+    from sim.wire import WiredTwin
+
+HELP = "serve the devices of the real robot on ports, with the twin behind them"
 SERIAL = "001653000000"
 """Of the emulated brick."""
 DELAYS: dict[str, Callable[[], float]] = {
@@ -40,7 +45,7 @@ PAUSE = 0.1
 
 @dataclass(frozen=True)
 class EmulateOptions:
-    """Serve the brick and the lidar of the real robot on ports or pseudo-terminals, with the twin behind them, in real time.
+    """Serve brick, lidar and camera of the real robot on ports or pseudo-terminals, with the twin behind them, in real time.
 
     $ twin emulate --world aruco_room                                 in one terminal, and in another
     $ twin run --robot ev3 --ev3 tcp:127.0.0.1 --lidar tcp:127.0.0.1  the drivers of the real robot
@@ -60,6 +65,11 @@ class EmulateOptions:
     """Where the brick is served: tcp:HOST:PORT (port 0: any that is free), or the path that a pseudo-terminal shall have."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "tcp:127.0.0.1:10940"
     """Where the lidar is served: tcp:HOST:PORT, or the path that a pseudo-terminal shall have."""
+    camera: Annotated[str, arg(metavar="WHERE")] = "none"
+    """Where the camera is served: tcp:HOST:PORT, or `none`, for its images are work: a driver fills a device of the vendor's library
+    with them."""
+    painter: Literal["raster", "embree"] = "raster"
+    """What draws the camera's images, as in `twin run`."""
     delay: Literal["none", "usb", "bluetooth"] = "usb"
     """How long the brick takes to answer."""
     truth: OptionalFile = None
@@ -87,17 +97,20 @@ def serve(options: EmulateOptions) -> None:
     from sim.twin import Twin
     from sim.wire import WiredTwin, on_the_wire
 
-    body = backend_class(options.robot)(world=options.world, seed=options.seed, realism=on_the_wire(options.realism))
+    eyes = {"camera": options.painter} if options.camera != "none" else {}
+    body = backend_class(options.robot)(world=options.world, seed=options.seed, realism=on_the_wire(options.realism), **eyes)
     assert isinstance(body, Twin), f"{options.robot} is no twin"
     twin = WiredTwin(body, time.monotonic)
     with ExitStack() as stack, interruptible() as stopped:
         stack.enter_context(twin)
         brick = Port(Ev3Brick(twin, wifi=options.ev3.startswith("tcp:"), delay=DELAYS[options.delay]), channel_at(options.ev3))
         lidar = Port(UrgLidar(twin.next_turn, twin.now), channel_at(options.lidar))
-        for port in (brick, lidar):
+        camera = _camera(options.camera, twin, body)
+        for port in (brick, lidar, *camera):
             stack.enter_context(port)
         stack.enter_context(_beacon(brick.address))
-        print(f"brick at {brick.address}, lidar at {lidar.address}, {options.world} around them; Ctrl-C ends it", flush=True)
+        seen = "".join(f"camera at {port.address}, " for port in camera)
+        print(f"brick at {brick.address}, lidar at {lidar.address}, {seen}{options.world} around them; Ctrl-C ends it", flush=True)
         truth = stack.enter_context(_truth_file(options.truth))
         end = time.monotonic() + (options.duration or float("inf"))
         while not stopped() and time.monotonic() < end:
@@ -105,6 +118,15 @@ def serve(options: EmulateOptions) -> None:
             if truth is not None:
                 truth.write(_lines(twin.new_truth()))
                 truth.flush()
+
+
+def _camera(address: str, twin: WiredTwin, body: Twin) -> list[Port]:
+    """The camera's port, if one is asked for."""
+    if address == "none":
+        return []
+    if not address.startswith("tcp:"):
+        raise UsageError(f"--camera {address}: write tcp:HOST:PORT or none")
+    return [Port(D435(twin.next_image, twin.now, body.spec.require_camera()), channel_at(address))]
 
 
 def _truth_file(path: Path | None) -> AbstractContextManager[TextIO | None]:

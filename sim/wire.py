@@ -18,7 +18,7 @@ from sim.motion import STEP, WHEELS
 from sim.motor_kernel import PERCENT_RATE
 from sim.simulation import Simulation
 from sim.twin import Twin
-from slam.messages import Imu, LaserScan, Trajectory
+from slam.messages import Imu, LaserScan, RgbdImage, Trajectory
 from slam.se2 import SE2
 from worlds.loader import load_world
 
@@ -29,7 +29,7 @@ GYRO_INPUT = 3
 NOT_OF_THE_BODY = "drive.ramp=1e6,imu.latency=0,imu.jitter=0,imu.tail_share=0,imu.drop=0"
 """What the twin does for the link and the program on the brick; here the real driver and the emulator do it."""
 WAITING = 3
-"""Turns of the lidar that are kept for a client."""
+"""Turns of the lidar, and images, that are kept for a client."""
 VOLTS, AMPERES = 8.0, 0.2
 """Of a twin without a battery."""
 REHEARSAL = 0.2
@@ -44,7 +44,10 @@ def on_the_wire(realism: str) -> str:
 
 
 class WiredTwin(Openable):
-    """A twin that follows a clock, from `open` to `close`. It is the `Body` of an emulated brick and the source of an emulated lidar."""
+    """A twin that follows a clock, from `open` to `close`.
+
+    It is the `Body` of an emulated brick and the source of an emulated lidar and camera.
+    """
 
     def __init__(self, twin: Twin, clock: Callable[[], float], outputs: tuple[int, int] = (0, 3)) -> None:
         """Wire it up.
@@ -59,8 +62,9 @@ class WiredTwin(Openable):
         self._outputs = outputs
         self._lock = threading.RLock()
         self._queues = _queues()
-        self._inbox = {name: self._queues[name].subscribe() for name in ("imu", "scans")}
+        self._inbox = {name: self._queues[name].subscribe() for name in ("imu", "scans", "images")}
         self._turns: deque[Turn] = deque(maxlen=WAITING)
+        self._images: deque[RgbdImage] = deque(maxlen=WAITING)
         self._goals = [0.0, 0.0]
         self._rate_deg = 0.0
         self._angle_deg = 0.0
@@ -146,6 +150,12 @@ class WiredTwin(Openable):
             self._catch_up()
             return self._turns.popleft() if self._turns else None
 
+    def next_image(self) -> RgbdImage | None:
+        """The next image of the camera that nobody has taken."""
+        with self._lock:
+            self._catch_up()
+            return self._images.popleft() if self._images else None
+
     def pose(self, t: float) -> SE2:
         """The truth: `T_world_base` at host time `t` [s]."""
         with self._lock:
@@ -174,6 +184,7 @@ class WiredTwin(Openable):
         for reading in self._inbox["imu"].take():
             self._feel(reading)
         self._turns.extend(map(_turn, self._inbox["scans"].take()))
+        self._images.extend(self._inbox["images"].take())
         return now
 
     def _feel(self, reading: Imu) -> None:

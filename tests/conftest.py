@@ -25,18 +25,18 @@ def shared_data() -> Path:
 
 
 @pytest.fixture(scope="session")
-def emulate() -> Iterator[Callable[..., tuple[str, str]]]:
-    """Starts `twin emulate` with options on free ports; returns the addresses of brick and lidar."""
+def emulate() -> Iterator[Callable[..., tuple[str, ...]]]:
+    """Starts `twin emulate` with options on free ports; returns the addresses of brick and lidar, and of the camera if there is one."""
     running: list[subprocess.Popen[str]] = []
 
-    def start(*options: str) -> tuple[str, str]:
+    def start(*options: str) -> tuple[str, ...]:
         command = [sys.executable, "-m", "scripts.cli", "emulate", "--robot", "kinematic", "--ev3", "tcp:127.0.0.1:0"]
         command += ["--lidar", "tcp:127.0.0.1:0", "--delay", "none", *options]
         running.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]))
         assert running[-1].stdout is not None
-        found = re.match(r"brick at (\S+), lidar at (\S+),", running[-1].stdout.readline())
-        assert found is not None
-        return found[1], found[2]
+        found = re.findall(r"(?:brick|lidar|camera) at (\S+),", running[-1].stdout.readline())
+        assert len(found) >= 2
+        return tuple(found)
 
     yield start
     for process in running:

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from hardware.drivers.errors import DeviceError, LinkError, permission
 
-CHUNK = 4096
+CHUNK = 1 << 16
 CONNECT_TIME = 2.0
 """[s]"""
 SERIAL_TICK = 0.005

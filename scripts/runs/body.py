@@ -168,9 +168,11 @@ def _replay_parameters(options: RunOptions, name: str, path: str) -> dict[str, A
 def _hardware_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
     if path:
         raise UsageError(f"--robot {name} takes no '{path}'; write --ev3 {path} and --lidar for the lidar's port")
-    _refuse(options, tuple(set(OF_THE_SIMULATION) - {"world"}), "the simulation; a real robot is what it is, leave the option out")
+    _refuse(
+        options, tuple(set(OF_THE_SIMULATION) - {"world", "camera"}), "the simulation; a real robot is what it is, leave the option out"
+    )
     described = {} if options.spec is None else {"spec": read_spec(options.spec)}
-    return {"ev3": options.ev3, "lidar": options.lidar, **described}
+    return {"ev3": options.ev3, "lidar": options.lidar, "camera": options.camera, **described}
 
 
 def _twin_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:

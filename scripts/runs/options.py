@@ -61,9 +61,10 @@ class RunOptions:
     numbers as in datasheet:lidar.range_sigma=0.02,commands.drop=0.1, see docs/realism.md."""
     rays: Literal["grid", "embree", "bullet"] = "grid"
     """Ray caster of the simulated lidar: grid is fast and needs no Embree, embree is its reference; bullet, of `sim` only, is slow."""
-    camera: Literal["raster", "embree", "tiny", "egl", "none"] = "none"
+    camera: Annotated[str, arg(metavar="NAME|WHERE")] = "none"
     """What draws the images of the simulated RealSense D435: raster is fast, embree its slow reference, tiny and egl, of `sim` only,
-    are PyBullet's own; none: it is off, which is faster: only `visual_slam` looks at images."""
+    are PyBullet's own; none: it is off, which is faster: only `visual_slam` looks at images. Of `ev3`: where the camera is, `usb`,
+    `usb:SERIAL`, or `tcp:HOST[:PORT]` for the one of `twin emulate`."""
     ev3: Annotated[str, arg(metavar="WHERE")] = "usb"
     """Where the real robot's brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"

@@ -94,7 +94,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def cases(recording: Path, emulate: Callable[..., tuple[str, str]]) -> dict[str, Case]:
+def cases(recording: Path, emulate: Callable[..., tuple[str, ...]]) -> dict[str, Case]:
     sim, kinematic, replay, ev3 = (backend_class(name) for name in ("sim", "kinematic", "replay", "ev3"))
     emulated = functools.cache(lambda: itertools.cycle([emulate(), emulate("--seed", "1")]))  # two of them live side by side
     nowhere = recording / "no_such_file"

@@ -35,8 +35,9 @@ def keep_driving(robot, seconds):
 
 
 def test_its_spec_is_the_twins_but_for_the_gyros_rate():
-    real, twin = Ev3().spec, Kinematic().spec
-    assert (real.drive, real.lidar, real.T_base_camera) == (twin.drive, twin.lidar, twin.T_base_camera)
+    real, twin = Ev3(camera="usb").spec, Kinematic(camera="raster").spec
+    assert (real.drive, real.lidar, real.camera, real.T_base_camera) == (twin.drive, twin.lidar, twin.camera, twin.T_base_camera)
+    assert Ev3().spec.camera is None
     assert real.imu.period == real.drive.period
     assert Ev3(lidar="").spec.lidar is None
 

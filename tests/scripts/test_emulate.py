@@ -44,7 +44,9 @@ def test_an_address_that_is_none_is_an_error(address):
         (["run", "--robot", "ev3", "--seed", "3"], "belongs to the simulation"),
         (["run", "--ev3", "tcp:127.0.0.1"], "belongs to the real robot"),
         (["run", "--robot", "ev3", "--ev3", "tcp:127.0.0.1:9", "--lidar", "tcp:127.0.0.1:9"], "cannot connect"),
+        (["run", "--robot", "ev3", "--camera", "raster"], "write usb"),
         (["emulate", "--duration", "-1"], "positive number"),
+        (["emulate", "--camera", "/tmp/camera", "--ev3", "tcp:127.0.0.1:0"], "tcp:HOST:PORT or none"),
         (["emulate", "--world", "nowhere", "--ev3", "tcp:127.0.0.1:0"], "nowhere"),
     ],
 )
@@ -61,3 +63,15 @@ def test_a_run_through_the_wire_is_scored_with_the_told_truth(emulate, tmp_path,
     assert main([*arguments, "--policy", "tour", "--duration", "4", "--out", str(tmp_path / "run")]) == 0
     assert "Position was right to" in capsys.readouterr().out
     assert (tmp_path / "run" / "truth.tum").is_file()
+
+
+@pytest.mark.wall_clock
+def test_the_camera_is_part_of_a_run_through_the_wire(emulate, tmp_path, capsys):
+    pytest.importorskip("libusb_package", reason="the vendor's library is not installed")
+    brick, lidar, camera = emulate("--camera", "tcp:127.0.0.1:0")
+    arguments = ["run", "--robot", "ev3", "--ev3", brick, "--lidar", lidar, "--camera", camera, "--pipeline", "visual_slam", "--record"]
+    assert main([*arguments, "--policy", "none", "--duration", "3", "--out", str(tmp_path / "run")]) == 0
+    assert (tmp_path / "run" / "markers.yaml").is_file()
+    replayed = ["run", "--robot", f"replay:{tmp_path / 'run'}", "--pipeline", "visual_slam", "--out", str(tmp_path / "again")]
+    assert main(replayed) == 0
+    assert (tmp_path / "again" / "markers.yaml").is_file()
