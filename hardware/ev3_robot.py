@@ -23,8 +23,8 @@ from hardware.spec import DriveSpec, RobotSpec
 from slam.messages import Imu, LaserScan, RgbdImage, SensorFrame, Twist, WheelOdometry
 
 SENSORS = ("odometry", "imu", "scans", "images")
-IMAGES_KEPT = 32
-"""Images that wait for a reader who does not come: they are large."""
+IMAGES_KEPT = 8
+"""Images that wait for a reader: one who is too slow gets the newest, half a second of them."""
 HOLD_LIMIT = 1.0
 """A scan or an image is not held longer than this for odometry that does not come [s]."""
 FRESH = 0.1

@@ -1,6 +1,7 @@
 import pytest
 
 from hardware.errors import HardwareError
+from hardware.replay import Replay
 from scripts.cli import main
 from scripts.doctor import main as doctor
 from scripts.emulate import DELAYS, channel_at
@@ -70,8 +71,9 @@ def test_the_camera_is_part_of_a_run_through_the_wire(emulate, tmp_path, capsys)
     pytest.importorskip("libusb_package", reason="the vendor's library is not installed")
     brick, lidar, camera = emulate("--camera", "tcp:127.0.0.1:0")
     arguments = ["run", "--robot", "ev3", "--ev3", brick, "--lidar", lidar, "--camera", camera, "--pipeline", "visual_slam", "--record"]
-    assert main([*arguments, "--policy", "none", "--duration", "3", "--out", str(tmp_path / "run")]) == 0
-    assert (tmp_path / "run" / "markers.yaml").is_file()
+    assert main([*arguments, "--policy", "none", "--duration", "4", "--out", str(tmp_path / "run")]) == 0
+    images = [event.message for event in Replay(tmp_path / "run").build().log.events() if event.channel == "images"]
+    assert len(images) > 5
+    assert all(image.colour.any() for image in images)
     replayed = ["run", "--robot", f"replay:{tmp_path / 'run'}", "--pipeline", "visual_slam", "--out", str(tmp_path / "again")]
     assert main(replayed) == 0
-    assert (tmp_path / "again" / "markers.yaml").is_file()
