@@ -20,7 +20,7 @@ from sim.errors import SimError
 from slam.errors import SlamError
 from worlds.errors import WorldError
 
-VERBS = ("demo", "run", "compare", "experiment", "worlds", "convert", "icp", "emulate", "doctor", "bench", "calibrate", "print")
+VERBS = ("demo", "run", "compare", "experiment", "worlds", "convert", "icp", "print", "emulate", "doctor", "calibrate", "bench")
 EXPECTED = (HardwareError, OutputError, SimError, SlamError, UsageError, WorldError)
 
 

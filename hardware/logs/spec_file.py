@@ -39,13 +39,24 @@ def read_spec(path: Path) -> RobotSpec:
         SpecError: the file cannot be read or a value is impossible.
     """
     try:
-        tree: object = msgspec.toml.decode(path.read_bytes())
+        tree = msgspec.toml.decode(path.read_bytes())
     except OSError as error:
         raise SpecError(f"robot specification {path}: cannot be read: {error.strerror}") from error
     except msgspec.DecodeError as error:
         raise SpecError(f"robot specification {path}: not TOML: {error}") from error
-    spec = _build(_mounts(tree), f"robot specification {path}")
-    _refuse_unknown(_mounts(tree), msgspec.to_builtins(spec, enc_hook=_encode), f"robot specification {path}")
+    tree = cast(dict[str, object], tree)
+    tree.pop("ports", None)  # of the real robot, see `hardware.robot_file`
+    return parse_spec_tree(tree, f"robot specification {path}")
+
+
+def parse_spec_tree(tree: object, where: str) -> RobotSpec:
+    """The specification in a TOML tree; `where` it is from, for messages.
+
+    Raises:
+        SpecError: a field is unknown or a value is impossible.
+    """
+    spec = _build(_mounts(tree), where)
+    _refuse_unknown(_mounts(tree), msgspec.to_builtins(spec, enc_hook=_encode), where)
     return spec
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from hardware.faulty_robot import FaultyRobot
 from hardware.hal import Recorded, Robot
-from hardware.logs.spec_file import read_spec
 from hardware.registry import backend_class
 from hardware.replay import ReplayRobot
+from hardware.robot_file import read_robot_file
 from scripts.errors import UsageError
 from scripts.runs.options import RunOptions
 from slam.grid import OccupancyGrid
@@ -171,8 +171,13 @@ def _hardware_parameters(options: RunOptions, name: str, path: str) -> dict[str,
     _refuse(
         options, tuple(set(OF_THE_SIMULATION) - {"world", "camera"}), "the simulation; a real robot is what it is, leave the option out"
     )
-    described = {} if options.spec is None else {"spec": read_spec(options.spec)}
+    described = {} if options.spec is None else _described(options.spec)
     return {"ev3": options.ev3, "lidar": options.lidar, "camera": options.camera, **described}
+
+
+def _described(path: Path) -> dict[str, Any]:
+    robot = read_robot_file(path)
+    return {"spec": robot.spec, "ports": robot.ports}
 
 
 def _twin_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
