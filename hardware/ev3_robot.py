@@ -8,10 +8,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
+from hardware.bricks import make_brick
+from hardware.drivers.brick_driver import Ev3Ports
 from hardware.drivers.errors import DeviceError
-from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports
 from hardware.drivers.hokuyo import HokuyoDriver
-from hardware.drivers.orders import Orders
 from hardware.drivers.realsense import Camera, RealSenseDriver, find_camera
 from hardware.drivers.transport import host_and_port
 from hardware.errors import SpecError
@@ -19,7 +19,7 @@ from hardware.hal import Health
 from hardware.host_clock import HostClock
 from hardware.openable import Openable
 from hardware.queues import EventQueue, Subscription
-from hardware.spec import DriveSpec, RobotSpec
+from hardware.spec import RobotSpec
 from slam.messages import Imu, LaserScan, RgbdImage, SensorFrame, Twist, WheelOdometry
 
 SENSORS = ("odometry", "imu", "scans", "images")
@@ -42,7 +42,8 @@ class Ev3:
     """The real robot."""
 
     ev3: str = "usb"
-    """Where the brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
+    """Where the brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, the path of a serial port, or with ev3dev on it
+    `ev3dev:HOST[:PORT]`."""
     lidar: str = "/dev/ttyACM0"
     """Where the lidar is: the path of a serial port, or `tcp:HOST[:PORT]`; empty: there is none."""
     camera: str = "none"
@@ -81,8 +82,8 @@ class Ev3Robot(Openable):
             "commands": EventQueue[Any](),
             "images": EventQueue[Any](IMAGES_KEPT),
         }
-        self._orders = Orders(spec.drive or DriveSpec(), PERCENT_RATE, self._queues["commands"])
-        self._brick = Ev3Driver(parameters.ev3, parameters.ports, spec, self._orders, (self._odometry, self._imu))
+        self._brick = make_brick(parameters.ev3, parameters.ports, spec, self._queues["commands"], (self._odometry, self._imu))
+        self._orders = self._brick.orders
         self._lidar = HokuyoDriver(parameters.lidar, spec.lidar, self._scans) if spec.lidar is not None else None
         find = camera_finder(parameters.camera)
         self._camera = RealSenseDriver(parameters.camera, spec, self._queues["images"], find) if spec.camera is not None else None

@@ -11,7 +11,7 @@ from typing import cast
 import msgspec
 import tomli_w
 
-from hardware.drivers.ev3 import Ev3Ports
+from hardware.drivers.brick_driver import Ev3Ports
 from hardware.errors import HardwareError, SpecError
 from hardware.logs.spec_file import parse_spec_tree
 from hardware.spec import RobotSpec

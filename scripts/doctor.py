@@ -11,13 +11,14 @@ from typing import Annotated
 import numpy as np
 from tyro.conf import arg
 
-from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports
+from hardware.bricks import make_brick
 from hardware.drivers.hokuyo import HokuyoDriver
 from hardware.drivers.orders import Orders
 from hardware.errors import HardwareError
 from hardware.queues import EventQueue
-from hardware.spec import DriveSpec, LidarSpec, RobotSpec
-from scripts.options import parse
+from hardware.robot_file import RobotFile, read_robot_file
+from hardware.spec import DriveSpec, LidarSpec
+from scripts.options import OptionalFile, parse
 from slam.messages import Imu, LaserScan, Twist, WheelOdometry
 
 HELP = "look for the real robot's devices, measure rates, clocks and battery, and say what to fix"
@@ -42,6 +43,8 @@ class DoctorOptions:
     """Where the brick is, as in `twin run`."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"
     """Where the lidar is, as in `twin run`."""
+    spec: OptionalFile = None
+    """The robot's file, robot.toml, as in `twin run`."""
     wheels: bool = False
     """Drive 10 cm forward and turn to the left, to see that both wheels turn the right way. Put the robot on the floor first."""
 
@@ -67,18 +70,20 @@ def _examined(name: str, examine: Callable[[], list[str]]) -> bool:
 
 def _brick(options: DoctorOptions) -> list[str]:
     odometry, imu = EventQueue[WheelOdometry](), EventQueue[Imu]()
-    orders, spec = Orders(DriveSpec(), PERCENT_RATE, EventQueue()), RobotSpec()
-    driver, readings, rates = Ev3Driver(options.ev3, Ev3Ports(), spec, orders, (odometry, imu)), odometry.subscribe(), imu.subscribe()
+    robot = read_robot_file(options.spec) if options.spec is not None else RobotFile()
+    driver = make_brick(options.ev3, robot.ports, robot.spec, EventQueue(), (odometry, imu))
+    readings, rates, drive, ports = odometry.subscribe(), imu.subscribe(), robot.spec.drive or DriveSpec(), robot.ports
     driver.open()
     try:
         time.sleep(WATCHED)
         found, turning = readings.take(), rates.take()
-        lines = [f"found at {options.ev3}, motors at A and D, gyro at 4", *_rate([reading.stamp for reading in found], DriveSpec().period)]
+        lines = [f"found at {options.ev3}, motors at {ports.left} and {ports.right}, gyro at {ports.gyro}"]
+        lines += _rate([reading.stamp for reading in found], drive.period)
         lines.append(_battery(driver.state.volts))
         drift = float(np.degrees(np.mean([reading.yaw_rate for reading in turning]))) if turning else 0.0
         lines.append(_finding(abs(drift) < 1.0, f"the gyro shows {drift:+.2f} deg/s at rest", "unplug and plug it in, robot still"))
         if options.wheels:
-            lines += _wheels(orders, odometry, imu)
+            lines += _wheels(driver.orders, odometry, imu)
     finally:
         driver.close()
     return lines
@@ -114,7 +119,8 @@ def _command(orders: Orders, twist: Twist, seconds: float) -> None:
 
 
 def _lidar(options: DoctorOptions) -> list[str]:
-    scans, spec = EventQueue[LaserScan](), LidarSpec()
+    scans = EventQueue[LaserScan]()
+    spec = (read_robot_file(options.spec).spec.lidar if options.spec is not None else None) or LidarSpec()
     driver, inbox = HokuyoDriver(options.lidar, spec, scans), scans.subscribe()
     driver.open()
     try:

@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 import struct
 import time
-from dataclasses import dataclass
 
 from hardware.drivers import ev3_link
-from hardware.drivers.device_thread import DeviceDriver, DeviceThread
+from hardware.drivers.brick_driver import OUTPUTS, BrickDriver, BrickReports, Ev3Ports
 from hardware.drivers.errors import DeviceError
 from hardware.drivers.ev3_link import Answer, Ev3Link
 from hardware.drivers.orders import Orders
+from hardware.drivers.wheel_counter import WheelCounter
 from hardware.errors import HardwareError
 from hardware.protocols import ev3_direct
 from hardware.protocols.ev3_codes import Instruction, Variable
-from hardware.queues import EventQueue
-from hardware.spec import RobotSpec
-from slam.messages import Imu, WheelOdometry
-from slam.se2 import SE2
+from hardware.spec import DriveSpec, RobotSpec
+from slam.messages import Imu
 
 PERCENT_RATE = math.radians(ev3_direct.PERCENT_DEG)
 """1 % of a large motor's speed [rad/s]."""
@@ -28,77 +26,15 @@ DECELERATION = 32.0
 """Of a wheel that slows down by itself [rad/s^2]: from full speed to rest in 0.5 s; much faster tips the robot over."""
 MODE_TIME = 2.5
 """Longest time in which the gyro changes its mode [s]."""
-STALL_TIME, STALL_RATE = 0.25, 1.0
-"""A wheel that should turn at this rate [rad/s] or faster and gives no count for so long [s] is stalled."""
-IMPOSSIBLE = 2.0
-"""More than the fastest wheel rate times this is no motion: the brick has begun to count anew."""
-OUTPUTS = "ABCD"
 
 
-@dataclass(frozen=True, slots=True)
-class Ev3Ports:
-    """What is plugged in where."""
-
-    left: str = "A"
-    """Output of the left motor."""
-    right: str = "D"
-    """Output of the right motor."""
-    gyro: int = 4
-    """Input of the gyro, 1 to 4; 0: there is none."""
-    reversed: bool = False
-    """The motors are mounted the other way round: counting up moves the robot backwards."""
-
-    def __post_init__(self) -> None:
-        outputs = (self.left, self.right)
-        if not all(len(output) == 1 and output in OUTPUTS for output in outputs) or self.left == self.right or not 0 <= self.gyro <= 4:
-            raise DeviceError(
-                "EV3", f"impossible ports {self.left}, {self.right}, {self.gyro}", "name two outputs of A to D and an input of 1 to 4"
-            )
-
-
-@dataclass
-class Ev3State:
-    """What the driver last knew of the brick."""
-
-    volts: float | None = None
-    stalled: bool = False
-    odometry: WheelOdometry | None = None
-    counts: tuple[int, int] | None = None
-
-
-class Ev3Driver(DeviceDriver):
-    """Fills the queues `odometry` and `imu`, and carries out orders, from `open` to `close`."""
-
-    def __init__(
-        self, address: str, ports: Ev3Ports, spec: RobotSpec, orders: Orders, queues: tuple[EventQueue[WheelOdometry], EventQueue[Imu]]
-    ) -> None:
-        super().__init__(DeviceThread(f"EV3 at {address}", self._connect))
-        self._address = address
-        self._ports = ports
-        self._spec = spec
-        self._orders = orders
-        self._queues = queues
-        self.state = Ev3State()
-
-    def open(self) -> None:
-        """Connect, stop the wheels, set the counters to zero.
-
-        Raises:
-            DeviceError: the brick is not there, or not wired as the ports say; nothing is held.
-        """
-        self.state = Ev3State()
-        self._orders.reset()
-        self._thread.open()
-
-    def close(self) -> None:
-        """Let the wheels slow down and let go. May be called twice."""
-        self._orders.halt()
-        self._thread.close()
+class Ev3Driver(BrickDriver):
+    """Talks to the stock firmware."""
 
     def _connect(self) -> Ev3Session:
-        link = ev3_link.connect(self._address)
+        link = ev3_link.connect(self.address)
         try:
-            return Ev3Session(link, self._ports, self._spec, self._orders, (self._queues, self.state))
+            return Ev3Session(link, self.ports, self.spec, self.orders, self.reports)
         except HardwareError:
             link.close()
             raise
@@ -107,23 +43,15 @@ class Ev3Driver(DeviceDriver):
 class Ev3Session:
     """A connected brick. See `device_thread.Session`."""
 
-    def __init__(
-        self,
-        link: Ev3Link,
-        ports: Ev3Ports,
-        spec: RobotSpec,
-        orders: Orders,
-        reports: tuple[tuple[EventQueue[WheelOdometry], EventQueue[Imu]], Ev3State],
-    ) -> None:
+    def __init__(self, link: Ev3Link, ports: Ev3Ports, spec: RobotSpec, orders: Orders, reports: BrickReports) -> None:
         self._link = link
-        self._spec = spec
         self._orders = orders
-        (self._odometry, self._imu), self._state = reports
+        self._imu, self._state = reports.imu, reports.state
         self._outputs = OUTPUTS.index(ports.left), OUTPUTS.index(ports.right)
         self._sign = -1 if ports.reversed else 1
         self._gyro = ports.gyro - 1 if spec.imu is not None and ports.gyro else None
-        self._drive = spec.drive
-        self._moved = time.monotonic()
+        self._drive = spec.drive or DriveSpec()
+        self._counter = WheelCounter(self._drive, self._sign, reports.state, reports.odometry, time.monotonic())
         self._steps = (0, 0)
         self._set_up()
         self._due = time.monotonic()
@@ -138,7 +66,7 @@ class Ev3Session:
         self._steps = steps
         answer = self._link.ask(*self._movement(steps), *self._questions(), global_bytes=16)
         self._report(answer, steps)
-        self._due = max(self._due + (self._drive.period if self._drive else 0.02), time.monotonic())
+        self._due = max(self._due + self._drive.period, time.monotonic())
 
     def close(self) -> None:
         """See `Session`."""
@@ -193,32 +121,9 @@ class Ev3Session:
     def _report(self, answer: Answer, steps: tuple[int, int]) -> None:
         left, right, rate_deg, volts = struct.unpack("<iiff", answer.values)
         self._state.volts = volts if math.isfinite(volts) and volts > 0.0 else self._state.volts
-        odometry = self._integrated(answer.stamp, (self._sign * left, self._sign * right))
-        self._watch_for_stall(odometry, steps)
-        self._state.odometry, self._state.counts = odometry, (left, right)
-        self._odometry.put(odometry)
+        self._counter.report(answer.stamp, (left, right), (steps[0] * PERCENT_RATE, steps[1] * PERCENT_RATE))
         if self._gyro is not None and math.isfinite(rate_deg):
             self._imu.put(Imu(answer.stamp, -math.radians(rate_deg)))  # the gyro counts clockwise
-
-    def _integrated(self, stamp: float, counts: tuple[int, int]) -> WheelOdometry:
-        before, drive = self._state.odometry, self._drive
-        turn = math.tau / (drive.counts_per_turn if drive else 360)
-        if before is None or before.wheel_angles is None or self._state.counts is None or drive is None:
-            return WheelOdometry(stamp, SE2(), wheel_angles=(0.0, 0.0))
-        elapsed = max(stamp - before.stamp, 1e-3)
-        turned = [turn * (count - self._sign * old) for count, old in zip(counts, self._state.counts, strict=True)]
-        if max(map(abs, turned)) > IMPOSSIBLE * drive.max_wheel_rate * elapsed + 2.0 * turn:
-            turned = [0.0, 0.0]
-        left, right = turned
-        angles = before.wheel_angles[0] + left, before.wheel_angles[1] + right
-        return WheelOdometry(stamp, before.T_odom_base @ drive.increment(left, right), drive.twist(left / elapsed, right / elapsed), angles)
-
-    def _watch_for_stall(self, odometry: WheelOdometry, steps: tuple[int, int]) -> None:
-        before = self._state.odometry
-        pairs = zip(odometry.wheel_angles or (), (before.wheel_angles if before else None) or (), steps, strict=False)
-        if not any(new == old and abs(step) * PERCENT_RATE >= STALL_RATE for new, old, step in pairs):
-            self._moved = odometry.stamp
-        self._state.stalled = odometry.stamp - self._moved >= STALL_TIME
 
     def _stop(self) -> Instruction:
         return Instruction("OUTPUT_STOP", (0, self._both(), 1))

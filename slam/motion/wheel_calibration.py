@@ -138,7 +138,8 @@ def _windows(turned: FloatArray, start: FloatArray) -> tuple[NDArray[np.int64], 
 
 def _require_agreement(left_over: FloatArray, ratios: FloatArray) -> None:
     """That little is left over, and that radii and track are near those believed in."""
-    share = float(np.mean(np.any(np.abs(left_over.reshape(-1, 3)) > ASTRAY, axis=1)))
+    worst = np.maximum.reduce(np.abs(left_over.reshape(-1, 3)), axis=1)
+    share = np.count_nonzero(worst > ASTRAY) / max(len(worst), 1)
     if share > 0.2 or np.any(ratios > FAR_OFF) or np.any(ratios < 1.0 / FAR_OFF):
         why = "the robot was held, slipped or was carried, or the lidar has lost its way"
         raise CalibrationError(f"wheels and lidar do not agree (apart in {share:.0%} of the drive): {why}; drive where it can roll")

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from hardware.drivers import ev3_link
+from hardware.drivers.brick_driver import BrickReports
 from hardware.drivers.errors import DeviceError, LinkError
-from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports, Ev3Session, Ev3State
+from hardware.drivers.ev3 import PERCENT_RATE, Ev3Driver, Ev3Ports, Ev3Session
 from hardware.drivers.ev3_link import Ev3Link
 from hardware.drivers.orders import Orders
 from hardware.drivers.transport import HidTransport
+from hardware.drivers.wheel_counter import BrickState
 from hardware.emulators.channels import PtyChannel, TcpChannel
 from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
 from hardware.emulators.port import Port
@@ -112,7 +114,7 @@ def test_it_drives_and_reports(port, rollers):
 def test_it_drives_over_usb(rollers):
     device = FakeHid(Ev3Brick(rollers, wifi=False))
     queues, orders = (EventQueue(), EventQueue()), Orders(DRIVE, PERCENT_RATE, EventQueue())
-    session = Ev3Session(Ev3Link(HidTransport(device)), Ev3Ports(), SPEC, orders, (queues, Ev3State()))
+    session = Ev3Session(Ev3Link(HidTransport(device)), Ev3Ports(), SPEC, orders, BrickReports(*queues, BrickState()))
     end = time.monotonic() + 0.6
     while time.monotonic() < end:
         orders.give(Twist(0.1, 0.0), time.monotonic())
