@@ -15,6 +15,7 @@ from hardware.recorder import Recorder
 from scripts.runs.record import KeyFrame, belief_row
 from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
+from slam.navigation.outcome import Concluding
 from slam.navigation.policies import Policy
 from slam.pipelines import Pipeline
 from slam.scans import deskew
@@ -96,7 +97,7 @@ class Loop:
         end = start + self.duration
         if isinstance(self.robot, Recorded):  # large maps are not copied more often than needed
             log.interval = max(log.interval, (min(self.robot.span[1], end) - start) / KEY_FRAMES)
-        while not self.stopped() and clock.now() < end - 1e-9:
+        while not self.stopped() and not self._concluded() and clock.now() < end - 1e-9:
             tick = round(start + step * PERIOD, 9)
             if not clock.sleep_until(min(tick, end)):
                 break
@@ -104,6 +105,9 @@ class Loop:
             snapshot = self._step(log, snapshot)
             log.wall_time = time.perf_counter() - began
             self.progress(clock.now() - start)
+
+    def _concluded(self) -> bool:
+        return isinstance(self.policy, Concluding) and self.policy.outcome is not None
 
     def _step(self, log: RunLog, snapshot: Snapshot) -> Snapshot:
         """One round from the sensors to the wheels; returns what is known after it."""

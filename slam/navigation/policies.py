@@ -7,6 +7,7 @@ from typing import Protocol
 
 from slam.errors import SlamError, UnknownNameError
 from slam.messages import Estimate, SensorFrame, Twist
+from slam.navigation.explore import Explore
 from slam.navigation.perimeter import Perimeter
 from slam.navigation.spin import Spin
 from slam.navigation.tour import Tour
@@ -43,7 +44,7 @@ def _idle(frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist |
     return None
 
 
-POLICIES: dict[str, type[PolicySettings]] = {"tour": Tour, "spin": Spin, "perimeter": Perimeter, "none": Idle}
+POLICIES: dict[str, type[PolicySettings]] = {"tour": Tour, "explore": Explore, "spin": Spin, "perimeter": Perimeter, "none": Idle}
 """name -> frozen dataclass of parameters."""
 
 

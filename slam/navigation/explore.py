@@ -1,0 +1,173 @@
+"""The `explore` policy: from frontier to frontier until none is left, then home."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from slam.errors import require_not_negative, require_positive
+from slam.messages import Estimate, SensorFrame, Twist
+from slam.navigation.astray import Astray
+from slam.navigation.blacklist import Blacklist
+from slam.navigation.frontiers import Explorer, Frontier
+from slam.navigation.navigator import Navigation, Point, Progress
+from slam.navigation.outcome import Outcome
+from slam.se2 import FloatArray
+from slam.snapshot import Snapshot
+
+SETTLING = 0.5
+"""After an arrival, until the scans of the place are in the map [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explore:
+    """Map all that can be reached, unattended, and come back."""
+
+    explorer: Explorer = field(default_factory=Explorer)
+    navigation: Navigation = field(default_factory=Navigation)
+    astray: Astray = field(default_factory=Astray)
+    better: float = 0.6
+    """Another frontier is gone to on the way only if the way to it is shorter than this share of the way left."""
+    closer: float = 0.6
+    """From so near a frontier is looked at that a look from farther away has not shown [m]."""
+    tries: int = 2
+    """How often a frontier is gone to in vain before it is left alone for good."""
+    blacklist_radius: float = 0.4
+    """About a frontier that was gone to in vain [m]."""
+    blacklist_span: float = 30.0
+    """How long it is left alone the first time [s]."""
+    limit: float = 3600.0
+    """Longest exploration [s]; then the robot goes home."""
+    come_home: bool = True
+    """Drive back to where it started."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "better", "closer", "tries", "blacklist_radius", "blacklist_span", "limit")
+        require_not_negative(self, "better")
+
+    def build(self, route: FloatArray) -> ExplorePolicy:
+        """Make the policy; it needs no route."""
+        return ExplorePolicy(self)
+
+
+class ExplorePolicy:
+    """Goes to frontiers until none is left, then home; `outcome` says why it stopped."""
+
+    def __init__(self, settings: Explore) -> None:
+        self._settings = settings
+        self._navigator = settings.navigation.build()
+        self._astray = settings.astray.build()
+        self._vain = Blacklist(settings.blacklist_radius, settings.blacklist_span)
+        self._home: Point | None = None
+        self._began = self._settled = 0.0
+        self._frontier: Frontier | None = None
+        self._looked = False
+        self._why = ""  # it stopped exploring
+        self._outcome: Outcome | None = None
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Why it is over; None while it goes on."""
+        return self._outcome
+
+    def __call__(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist:
+        """The next command."""
+        if self._home is None:
+            self._home, self._began = (estimate.T_map_base.x, estimate.T_map_base.y), frame.stamp
+        if (lost := self._astray(frame, estimate)) is not None:
+            return lost
+        new_ways = self._navigator.see(frame, estimate, snapshot)
+        if not self._looked:
+            self._navigator.look_about()
+            self._looked = True
+        if self._why or self._outcome:
+            return self._go_home()
+        if frame.stamp - self._began > self._settings.limit:
+            self._stop(f"the limit of {self._settings.limit:g} s is over")
+        elif self._navigator.progress is Progress.FAILED:
+            self._give_up()
+        elif self._navigator.progress is Progress.ARRIVED:
+            self._look(new_ways)
+        elif new_ways and not self._navigator.looking:
+            self._choose()
+        return self._navigator.drive()
+
+    def _look(self, new_ways: bool) -> None:
+        """At a viewpoint: wait for a map with what is seen from here, then see whether the frontier is gone."""
+        self._settled = self._settled or self._navigator.stamp + SETTLING
+        if not new_ways or self._navigator.stamp < self._settled:
+            return
+        self._settled = 0.0
+        seen = self._frontier
+        if seen is not None and any(math.dist(seen.point, other.point) < 0.2 for other in self._candidates()):
+            self._vain.add(seen.point, self._navigator.stamp)
+        self._frontier = None
+        self._navigator.stop()
+        self._choose()
+
+    def _give_up(self) -> None:
+        """The frontier cannot be reached."""
+        if self._frontier is not None:
+            self._vain.add(self._frontier.point, self._navigator.stamp)
+        self._frontier = None
+        self._navigator.stop()
+
+    def _candidates(self) -> list[Frontier]:
+        """All frontiers that are worth a look; those looked at in vain from nearer."""
+        if self._navigator.ways is None:
+            return []
+        explorer, ways = self._settings.explorer, self._navigator.ways
+        found = explorer.frontiers(ways)
+        if not any(self._vain.times(frontier.point) for frontier in found):
+            return found
+        near = [frontier for frontier in explorer.frontiers(ways, self._settings.closer) if self._vain.times(frontier.point)]
+        return [frontier for frontier in found if not self._vain.times(frontier.point)] + near
+
+    def _choose(self) -> None:
+        """Go to the best frontier, or home when there is none."""
+        s, now = self._settings, self._navigator.stamp
+        candidates = [frontier for frontier in self._candidates() if self._vain.times(frontier.point) < s.tries]
+        free = [frontier for frontier in candidates if not self._vain.holds(frontier.point, now)]
+        best = s.explorer.best(free or candidates)
+        if best is None:
+            self._stop(self._why_none())
+            return
+        kept = self._kept(free)
+        if kept is not None and best.way > s.better * kept.way:
+            best = kept
+        self._frontier = best
+        heading = math.atan2(best.point[1] - best.viewpoint[1], best.point[0] - best.viewpoint[0])
+        self._navigator.go(best.viewpoint, heading)
+
+    def _kept(self, frontiers: list[Frontier]) -> Frontier | None:
+        """The frontier that the robot is on its way to, as it is now; None where it is no more."""
+        going = self._frontier
+        if going is None:
+            return None
+        near = [frontier for frontier in frontiers if math.dist(frontier.point, going.point) < 0.5]
+        return min(near, key=lambda frontier: math.dist(frontier.point, going.point), default=None)
+
+    def _why_none(self) -> str:
+        ways = self._navigator.ways
+        if ways is None or not bool((ways.lengths > 0.0).any() and (ways.lengths < math.inf).sum() > 1):
+            return "there is no free space around the robot"
+        left = len(self._candidates())
+        if left:
+            return f"all that can be reached is mapped but {left} places that could not be looked at in {self._settings.tries} tries"
+        return "all that can be reached is mapped"
+
+    def _stop(self, why: str) -> None:
+        self._why, self._frontier = why, None
+        self._navigator.stop()
+        complete = why.startswith("all")
+        if not self._settings.come_home or self._home is None:
+            self._outcome = Outcome(complete, why)
+            return
+        self._navigator.go(self._home)
+
+    def _go_home(self) -> Twist:
+        if self._outcome is None and self._navigator.progress in (Progress.ARRIVED, Progress.FAILED):
+            back = self._navigator.progress is Progress.ARRIVED
+            end = "the robot is back at its start" if back else "the way back to the start is blocked"
+            self._outcome = Outcome(back and self._why.startswith("all"), f"{self._why}; {end}")
+        return self._navigator.drive()
