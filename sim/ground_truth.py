@@ -58,6 +58,11 @@ class GroundTruth:
         poses = [self.pose(t).as_array() for t in np.asarray(stamps, dtype=np.float64).tolist()]
         return Trajectory(stamps, np.array(poses).reshape(-1, 3))
 
+    @property
+    def collisions(self) -> int:
+        """How often the robot has begun to touch a wall, a thing or a person; the kinematic twin's people do not touch."""
+        return self._simulation.collisions
+
     def segments(self) -> FloatArray:
         """True walls (N, 4) as x0 y0 x1 y1 [m] in the world at the lidar's height.
 

@@ -53,6 +53,7 @@ class Physics:
                 pybullet.stepSimulation(self.client)
             self.motion = Motion(len(self._movable), self._inertial_to_base())
             self.motion.append([self._row(None)])
+            self._touches, self.collisions = False, 0
             held.pop_all()
         self._open = True
 
@@ -72,6 +73,11 @@ class Physics:
                 self._set_motors(motors.rates, motors.torques)
             pybullet.stepSimulation(self.client)
             rows.append(self._row(motors.encoders))
+            touches = any(
+                contact[9] > 0.0 for contact in pybullet.getContactPoints(bodyA=self._robot, linkIndexA=-1, physicsClientId=self.client)
+            )
+            self.collisions += touches and not self._touches
+            self._touches = touches
         self.motion.append(rows)
 
     def _move(self) -> None:

@@ -64,6 +64,11 @@ class Simulation:
         return self._odometer.stalled
 
     @property
+    def collisions(self) -> int:
+        """How often the robot has begun to touch something that stands in its way."""
+        return self._body.collisions
+
+    @property
     def battery_volts(self) -> float | None:
         """At the battery's terminals; None: a body without one."""
         return self._motors.volts

@@ -23,6 +23,11 @@ class Body(Protocol):
         """One row for each step so far; it stays readable after `close`."""
         ...
 
+    @property
+    def collisions(self) -> int:
+        """How often the robot has begun to touch something that stands in its way."""
+        ...
+
     def advance(self, steps: int, motors: Drive) -> None:
         """Let `steps` steps of `sim.motion.STEP` pass."""
         ...

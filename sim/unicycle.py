@@ -36,11 +36,17 @@ class Unicycle:
         self._room = 0.0  # the way that is certainly free [m]
         self._motion = Motion(0, SE3())
         self._motion.append([self._row(self._wheels.angles)])
+        self._touches, self._collisions = False, 0
 
     @property
     def motion(self) -> Motion:
         """See `Body`."""
         return self._motion
+
+    @property
+    def collisions(self) -> int:
+        """See `Body`."""
+        return self._collisions
 
     def advance(self, steps: int, motors: Drive) -> None:
         """See `Body`."""
@@ -70,8 +76,12 @@ class Unicycle:
         """The wheels turn by angles [rad]; the body follows as far as there is room."""
         moved = self._pose @ self._drive.increment(left, right)
         way = math.hypot(moved.x - self._pose.x, moved.y - self._pose.y)
-        if way > self._room and not self._has_room(moved):
+        stopped = way > self._room and not self._has_room(moved)
+        if stopped:
             moved, way = SE2(self._pose.x, self._pose.y, moved.yaw), 0.0
+        if way > 0.0 or stopped:
+            self._collisions += stopped and not self._touches
+            self._touches = stopped
         self._room -= way
         self._pose = moved
 

@@ -54,6 +54,10 @@ class MapFileError(SlamError):
         super().__init__(f"map file {path}: {problem}")
 
 
+class GoalError(SlamError):
+    """A place to which no robot can drive."""
+
+
 class KnownMapError(SlamError):
     """A map in which nothing can be localised."""
 

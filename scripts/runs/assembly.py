@@ -20,11 +20,16 @@ from scripts.runs.options import RunOptions
 from scripts.runs.parameters import read_parameters
 from slam.errors import UnknownNameError
 from slam.mapping.visual_slam import VisualSlam
-from slam.navigation.policies import Policy, make_policy
+from slam.navigation.explore import Explore
+from slam.navigation.frontiers import Explorer
+from slam.navigation.goal import GoTo, check_goal
+from slam.navigation.policies import Policy, PolicySettings, make_policy
 from slam.pipelines import LOCALIZERS, PIPELINES, LocalizerSettings, Pipeline, PipelineSettings, Resumable, warm_up
 from slam.se2 import SE2
 from worlds.loader import load_world
 
+ENDING = ("explore", "goal")
+"""Policies that know when they are done."""
 SIMULATED = 60.0
 """Length of a simulated run when none is given [s]."""
 FARTHEST_START = 100.0
@@ -91,14 +96,15 @@ def assemble(options: RunOptions, settings: PipelineSettings | LocalizerSettings
     Raises:
         UsageError, HardwareError, SimError, SlamError, WorldError: with one line that says what to do.
     """
-    start, duration = start_pose(options), _duration(options)
+    start, duration = start_pose(options), duration_of(options)
     robot = befall(make_robot(options), tuple(faults), options.seed) if faults else make_robot(options)
     given = _given_map(options)
     build = _builder(settings, given, start)
     T_map_start = start or SE2()
     if given is not None and is_twin(options):
         T_map_start = given.T_world_map.inverse() @ SE2(*load_world(options.world).start)
-    policy = make_policy(policy_name(options, robot), route(options, T_map_start))
+    name = policy_name(options, robot)
+    policy = make_policy(name, route(options, T_map_start), policy_settings(name, options, given))
     pipeline = build()
     if options.session is not None:
         session_of(pipeline, options).resume(options.session)
@@ -132,9 +138,34 @@ def session_of(pipeline: Pipeline, options: RunOptions) -> Resumable:
     return pipeline
 
 
-def _duration(options: RunOptions) -> float:
+def policy_settings(name: str, options: RunOptions, given: GivenMap | None) -> PolicySettings | None:
+    """Parameters of the policy that the options name; None: its defaults.
+
+    Raises:
+        UsageError: --goal without its policy, or the other way round.
+        GoalError: no robot can stand there in the map that is given.
+    """
+    if (options.goal is not None) != (name == "goal"):
+        raise UsageError(f"--goal X Y and --policy goal belong together; the policy is '{name}'")
+    if options.goal is not None:
+        if not all(map(math.isfinite, options.goal)) or math.hypot(*options.goal) > FARTHEST_START:
+            raise UsageError(
+                "--goal {:g} {:g}: give finite numbers within {:g} m of the map's origin".format(*options.goal, FARTHEST_START)
+            )
+        if given is not None:
+            check_goal(given.known.grid, options.goal)
+        return GoTo(*options.goal)
+    return Explore(explorer=Explorer(options.explorer)) if name == "explore" else None
+
+
+def duration_of(options: RunOptions) -> float:
+    """Length of the run [s]; policies that have an end need none.
+
+    Raises:
+        UsageError: it is no positive number.
+    """
     if options.duration is None:
-        return SIMULATED if is_twin(options) else math.inf
+        return SIMULATED if is_twin(options) and options.policy not in ENDING else math.inf
     if not (math.isfinite(options.duration) and options.duration > 0.0):
         raise UsageError(f"--duration {options.duration:g}: give a positive number of seconds")
     return options.duration

@@ -48,6 +48,8 @@ class Truth:
     """(M, 4) true walls at the lidar's height [m]."""
     grid: OccupancyGrid | None
     """The true map, from a twin."""
+    collisions: int | None = None
+    """How often a twin has begun to touch something."""
 
 
 def recording_of(options: RunOptions) -> Path | None:
@@ -119,7 +121,7 @@ def known_truth(options: RunOptions, robot: Robot, stamps: FloatArray) -> Truth 
     from sim.ground_truth import ground_truth
 
     truth = ground_truth(body)
-    return Truth(truth.trajectory(stamps), truth.segments(), truth.grid())
+    return Truth(truth.trajectory(stamps), truth.segments(), truth.grid(), truth.collisions)
 
 
 def _bare(robot: Robot) -> Robot:

@@ -31,6 +31,7 @@ from slam.evaluation.visibility import View
 from slam.landmarks.marker_map_file import write_aruco_map, write_marker_map
 from slam.mapping.visual_slam import VisualSlamPipeline
 from slam.messages import Trajectory
+from slam.navigation.outcome import Concluding
 from slam.pipelines import Finishing
 from slam.se2 import SE2
 
@@ -135,6 +136,10 @@ def _gathered(run: Assembly, log: RunLog, truth: Truth | None) -> RunRecord:
         view=View(lidar.range_max, float(lidar.angles[0]), float(lidar.angles[-1])) if lidar else View(),
         T_base_laser=lidar.T_base_laser.to_se2() if lidar else SE2(),
         T_world_map=run.given.T_world_map if run.given else None,
+        outcome=run.policy.outcome if isinstance(run.policy, Concluding) else None,
+        true_map=truth.grid if truth and isinstance(run.policy, Concluding) else None,
+        collisions=truth.collisions if truth else None,
+        robot_radius=run.robot.spec.radius,
     )
 
 

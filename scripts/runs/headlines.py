@@ -11,6 +11,7 @@ HEADLINES = (
     ("odometry_ratio", "better than odometry", 1.0, "{:.1f} ×"),
     ("wall_rms_m", "wall error, RMS", 1e3, "{:.1f} mm"),
     ("wall_recall", "walls found", 1e2, "{:.1f} %"),
+    ("coverage", "of the reachable area", 1e2, "{:.1f} %"),
     ("iou", "map IoU", 1e2, "{:.1f} %"),
     ("real_time_factor", "real time", 1.0, "{:.1f} ×"),
     ("update_ms_median", "update, median", 1.0, "{:.2f} ms"),

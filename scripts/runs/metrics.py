@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scripts.runs.record import RunRecord
+from slam.evaluation.coverage import coverage, reachable_area
 from slam.evaluation.maps import iou, wall_recall, wall_rms
 from slam.evaluation.poses import compose
 from slam.evaluation.trajectory import PoseErrors, Statistics, absolute_errors, align, interpolate_truth
@@ -17,6 +18,10 @@ from slam.se2 import SE2, FloatArray
 
 PLACE_OF_MAP = ("T_world_map_x_m", "T_world_map_y_m", "T_world_map_yaw_rad")
 """Where the map of a run lies in the world: who is localised in it is scored by this."""
+
+
+KEPT_FREE = 0.07
+"""What a robot keeps free beside itself where its reachable area is told [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +75,7 @@ def compute_metrics(record: RunRecord, timing: Timing) -> dict[str, float]:
     """
     metrics = _progress(record, timing)
     if record.truth is not None and len(record.estimate) > 0:
-        metrics |= _pose_metrics(record, record.truth)
+        metrics |= _pose_metrics(record, record.truth) | _drive_metrics(record, record.truth)
         if record.walls is not None:
             metrics |= _map_metrics(record, record.truth, record.walls)
     return {key: value for key, value in metrics.items() if math.isfinite(value)}
@@ -104,6 +109,17 @@ def _pose_metrics(record: RunRecord, truth: Trajectory) -> dict[str, float]:
         metrics["odometry_heading_rmse_deg"] = math.degrees(Statistics.of(floor.heading).rmse)
         if position.rmse > 0.0:
             metrics["odometry_ratio"] = metrics["odometry_position_rmse_m"] / position.rmse
+    return metrics
+
+
+def _drive_metrics(record: RunRecord, truth: Trajectory) -> dict[str, float]:
+    """What a policy that explores is judged by."""
+    metrics = {} if record.collisions is None else {"collisions": float(record.collisions)}
+    if record.true_map is not None:
+        start = float(truth.poses[0, 0]), float(truth.poses[0, 1])
+        area = reachable_area(record.true_map, start, record.robot_radius + KEPT_FREE, record.view.range_max)
+        metrics["coverage"] = coverage(record.map, record.true_map, area, place_of_map(record, truth))
+        metrics["path_m"] = float(np.hypot(*np.diff(truth.poses[:, :2], axis=0).T).sum())
     return metrics
 
 

@@ -46,8 +46,13 @@ class RunOptions:
     """Folder of a session of `lidar_slam`: an earlier one is gone on with, and what the run has mapped is kept in it at the end.
     With `mapping = false` in --params the robot is only localised in it."""
     policy: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="(default: tour; none on a recording)")] = None
-    """What drives: `tour` follows the route of the world, `spin` turns once round in its middle, `perimeter` keeps along
-    the walls, `none` stands still; a recording cannot be driven."""
+    """What drives: `tour` follows the route of the world; `explore` maps all that can be reached and comes home; `goal` drives to
+    --goal; `wander` drives about at random; `spin` turns once round in the middle; `perimeter` keeps along the walls; `none` stands still.
+    A recording cannot be driven."""
+    goal: Annotated[tuple[float, float] | None, arg(metavar="X Y", help_behavior_hint="(default: none)")] = None
+    """Place in the map to which `--policy goal` drives [m]; its origin is where the robot starts, unless --start or --map say else."""
+    explorer: Literal["nearest", "utility", "gain"] = "nearest"
+    """Which frontier `--policy explore` goes to next: the nearest, one with a long border nearby, or one that shows much."""
     start: Annotated[
         tuple[float, float, float] | None, arg(metavar="X Y YAW", help_behavior_hint="(default: the origin; in a --map: unknown)")
     ] = None

@@ -32,7 +32,7 @@ _PAGE = Template("""<!doctype html>
 $rows
 </table>
 </section>
-$particles<p>Beside this page:</p>
+$outcome$particles<p>Beside this page:</p>
 <ul>
 <li><a href="config.toml">config.toml</a>: what was run, with every parameter;
 <code>twin run --params config.toml</code> uses them again</li>
@@ -56,5 +56,6 @@ def write_page(path: Path, run: RunRecord) -> None:
         OutputError: the file cannot be written.
     """
     particles = PARTICLES if len(run.beliefs.stamps) else ""
+    outcome = f"<p>The drive ended: {escape(run.outcome.reason)}.</p>\n" if run.outcome is not None else ""
     rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.4g}</td></tr>" for key, value in run.metrics.items())
-    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows, particles=particles))
+    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows, particles=particles, outcome=outcome))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slam.evaluation.visibility import View
 from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Status, Trajectory
+from slam.navigation.outcome import Outcome
 from slam.se2 import SE2, FloatArray
 
 
@@ -86,4 +87,11 @@ class RunRecord:
     T_base_laser: SE2 = field(default_factory=SE2)
     T_world_map: SE2 | None = None
     """Where a map that was given lies in the world; None: estimates are scored after alignment."""
+    outcome: Outcome | None = None
+    """How the drive of a policy ended that has an end."""
+    true_map: OccupancyGrid | None = None
+    collisions: int | None = None
+    """How often a twin has begun to touch something."""
+    robot_radius: float = 0.13
+    """[m]"""
     metrics: Mapping[str, float] = field(default_factory=dict)

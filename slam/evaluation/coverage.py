@@ -10,10 +10,8 @@ from slam.grid import FREE, OCCUPIED, OccupancyGrid
 from slam.kernels import outlook
 from slam.se2 import SE2
 
-STRIDE = 3
+STRIDE = 4
 """Cells from one place to look from to the next, along both axes."""
-KNOWN_FREE = 0.0
-"""Log-odds below which a map knows that a cell is free."""
 
 
 def reachable_area(truth: OccupancyGrid, start: tuple[float, float], radius: float, reach: float) -> NDArray[np.bool_]:
@@ -38,17 +36,16 @@ def reachable_area(truth: OccupancyGrid, start: tuple[float, float], radius: flo
 
 
 def coverage(grid: OccupancyGrid, truth: OccupancyGrid, area: NDArray[np.bool_], T_truth_map: SE2) -> float:
-    """Share of the cells of an area (H, W) of the true map that a map knows to be free; nan for no area.
+    """Share of the cells of an area (H, W) of the true map under whose middle a map knows something; nan for no area.
 
-    A cell is known where the map's cell under its middle, or one beside that, is rather free than not: at a wall the two lattices differ.
+    Free or occupied: at a wall the two lattices differ by up to a cell, and how exact the walls are is told by other figures.
     """
     cells = np.argwhere(area)
     if len(cells) == 0:
         return float("nan")
-    free = ndimage.binary_dilation(grid.log_odds < KNOWN_FREE, np.ones((3, 3), np.bool_))
     in_map = grid.geometry.to_cells(T_truth_map.inverse().transform(truth.geometry.to_points(cells)))
     inside = in_map[grid.geometry.contains(in_map)]
-    return int(np.count_nonzero(free[inside[:, 0], inside[:, 1]])) / len(cells)
+    return int(np.count_nonzero(grid.log_odds[inside[:, 0], inside[:, 1]])) / len(cells)
 
 
 def _from(shape: tuple[int, ...], row: int, col: int) -> NDArray[np.float64]:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
 
-
 BEHIND = 3
 """So far behind a border lies the unknown cell that must be seen [cells]: to look along a border shows nothing."""
 
@@ -39,9 +38,8 @@ def viewpoint(lengths: NDArray[np.float64], states: NDArray[np.int8], border: tu
             distance = np.sqrt(rows * rows + cols * cols)
             squarely = rows * down + cols * right >= SQUARE * distance
             worth = lengths[row, col] + NEARNESS * distance
-            if lengths[row, col] > CLOSE and worth < best and distance <= reach and squarely:
-                if sees(states, row, col, cell):
-                    best, at = worth, (row, col)
+            if lengths[row, col] > CLOSE and worth < best and distance <= reach and squarely and sees(states, row, col, cell):
+                best, at = worth, (row, col)
     return at
 
 
@@ -87,9 +85,7 @@ def sees(states: NDArray[np.int8], row: int, col: int, cell: tuple[int, int]) ->
 
 
 @njit
-def unknown_in_view(
-    states: NDArray[np.int8], viewpoints: NDArray[np.int64], reach: float, depth: float, beams: int
-) -> NDArray[np.int64]:
+def unknown_in_view(states: NDArray[np.int8], viewpoints: NDArray[np.int64], reach: float, depth: float, beams: int) -> NDArray[np.int64]:
     """Number of unknown cells (N,) that a look around from each viewpoint would show.
 
     Args:
@@ -123,10 +119,10 @@ def unknown_in_view(
 
 @njit
 def visible(opaque: NDArray[np.bool_], viewpoints: NDArray[np.int64], reach: float) -> NDArray[np.bool_]:
-    """Cells (H, W) within a distance [cells] that are seen from any of the viewpoints (N, 2), by beams that end at the first opaque cell."""
+    """Cells (H, W) within a distance [cells] that are seen from any of the viewpoints (N, 2); beams end at the first opaque cell."""
     height, width = opaque.shape
     seen = np.zeros((height, width), np.bool_)
-    beams = int(np.ceil(4.0 * np.pi * reach))
+    beams = int(np.ceil(2.0 * np.pi * reach))
     for n in range(len(viewpoints)):
         for beam in range(beams):
             angle = 2.0 * np.pi * beam / beams
@@ -139,3 +135,13 @@ def visible(opaque: NDArray[np.bool_], viewpoints: NDArray[np.int64], reach: flo
                 if opaque[row, col]:
                     break
     return seen
+
+
+@njit
+def nearest(places: NDArray[np.float64], points: NDArray[np.float64]) -> float:
+    """Least distance between two sets of points, (N, 2) and (M, 2); inf where one is empty."""
+    least = np.inf
+    for i in range(len(places)):
+        for k in range(len(points)):
+            least = min(least, (places[i, 0] - points[k, 0]) ** 2 + (places[i, 1] - points[k, 1]) ** 2)
+    return np.sqrt(least)

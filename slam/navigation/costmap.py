@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import ndimage
 from slam.errors import require_not_negative, require_positive
 from slam.grid import FREE, OCCUPIED, UNKNOWN, GridGeometry, OccupancyGrid
 from slam.messages import Trajectory
-from slam.se2 import FloatArray
+from slam.se2 import SE2, FloatArray
 
 SURELY_FREE = -0.5
 """Log-odds at which a cell counts as free: three beams went through."""
@@ -32,6 +33,8 @@ class Inflation:
     """Room beyond which a way costs no more than its length [m]."""
     weight: float = 4.0
     """Extra cost where the robot barely fits, as a multiple of the way's length."""
+    unknown: float = math.inf
+    """What a metre of way through the unknown costs; inf: the robot never goes there."""
     driven: float = 0.20
     """About a place where the robot has been nothing is unknown [m]."""
 
@@ -59,7 +62,14 @@ class Costmap:
     inflation: Inflation = field(default_factory=Inflation)
 
     @classmethod
-    def of(cls, grid: OccupancyGrid, inflation: Inflation, places: Trajectory | None = None, obstacles: FloatArray = NOWHERE) -> Costmap:
+    def of(
+        cls,
+        grid: OccupancyGrid,
+        inflation: Inflation,
+        places: Trajectory | None = None,
+        obstacles: FloatArray = NOWHERE,
+        goal: tuple[float, float] | None = None,
+    ) -> Costmap:
         """Lay room around a map.
 
         Args:
@@ -67,9 +77,11 @@ class Costmap:
             inflation: how much room.
             places: where the robot has been in the map; what lay under it is free.
             obstacles: (N, 2) hits of the live scan in the map [m]: people, a door that has closed.
+            goal: place [m] that the costmap must hold if there are ways through the unknown.
         """
-        geometry = grid.geometry
-        states = states_of(grid)
+        geometry, states = grid.geometry, states_of(grid)
+        if goal is not None and math.isfinite(inflation.unknown):
+            geometry, states = _widened(geometry, states, goal)
         _clear(states, geometry, NOWHERE if places is None else places.poses[:, :2], inflation.driven)
         solid = states == OCCUPIED
         cells = geometry.to_cells(obstacles)
@@ -117,6 +129,19 @@ def states_of(grid: OccupancyGrid) -> NDArray[np.int8]:
     return states
 
 
+def _widened(geometry: GridGeometry, states: NDArray[np.int8], goal: tuple[float, float]) -> tuple[GridGeometry, NDArray[np.int8]]:
+    """The map with a metre of the unknown beyond a goal outside it, and about itself."""
+    row, col = geometry.to_cells(np.array([goal]))[0].tolist()
+    if 0 <= row < geometry.height and 0 <= col < geometry.width:
+        return geometry, states
+    beside = round(1.0 / geometry.resolution)
+    below, left = max(-row, 0) + beside, max(-col, 0) + beside
+    above, right = max(row - geometry.height, 0) + beside, max(col - geometry.width, 0) + beside
+    corner = geometry.T_map_grid @ SE2(-left * geometry.resolution, -below * geometry.resolution)
+    wide = GridGeometry(geometry.resolution, geometry.width + left + right, geometry.height + below + above, corner)
+    return wide, np.pad(states, ((below, above), (left, right)), constant_values=UNKNOWN)
+
+
 def _clear(states: NDArray[np.int8], geometry: GridGeometry, places: FloatArray, radius: float) -> None:
     """Free what is unknown about places (N, 2) [m]."""
     cells = np.unique(geometry.to_cells(places), axis=0)
@@ -138,5 +163,6 @@ def _distances(mask: NDArray[np.bool_]) -> FloatArray:
 def _costs(room: FloatArray, from_unknown: FloatArray, inflation: Inflation) -> NDArray[np.float32]:
     short = np.clip((inflation.comfort - room) / max(inflation.comfort - inflation.tight, 1e-6), 0.0, 1.0)
     costs = 1.0 + inflation.weight * short**2
-    costs[(room < inflation.tight) | (from_unknown < inflation.radius)] = np.inf
+    costs[from_unknown < inflation.radius] *= inflation.unknown
+    costs[room < inflation.tight] = np.inf
     return costs.astype(np.float32)

@@ -42,7 +42,7 @@ class Explore:
     """Drive back to where it started."""
 
     def __post_init__(self) -> None:
-        require_positive(self, "better", "closer", "tries", "blacklist_radius", "blacklist_span", "limit")
+        require_positive(self, "closer", "tries", "blacklist_radius", "blacklist_span", "limit")
         require_not_negative(self, "better")
 
     def build(self, route: FloatArray) -> ExplorePolicy:
@@ -62,7 +62,7 @@ class ExplorePolicy:
         self._began = self._settled = 0.0
         self._frontier: Frontier | None = None
         self._looked = False
-        self._why = ""  # it stopped exploring
+        self._why, self._complete = "", False  # it stopped exploring
         self._outcome: Outcome | None = None
 
     @property
@@ -80,17 +80,22 @@ class ExplorePolicy:
         if not self._looked:
             self._navigator.look_about()
             self._looked = True
-        if self._why or self._outcome:
-            return self._go_home()
-        if frame.stamp - self._began > self._settings.limit:
+        if self._why:
+            self._go_home()
+        elif frame.stamp - self._began > self._settings.limit:
             self._stop(f"the limit of {self._settings.limit:g} s is over")
-        elif self._navigator.progress is Progress.FAILED:
+        else:
+            self._explore(new_ways)
+        return self._navigator.drive()
+
+    def _explore(self, new_ways: bool) -> None:
+        progress = self._navigator.progress
+        if progress is Progress.FAILED:
             self._give_up()
-        elif self._navigator.progress is Progress.ARRIVED:
+        elif progress is Progress.ARRIVED:
             self._look(new_ways)
         elif new_ways and not self._navigator.looking:
             self._choose()
-        return self._navigator.drive()
 
     def _look(self, new_ways: bool) -> None:
         """At a viewpoint: wait for a map with what is seen from here, then see whether the frontier is gone."""
@@ -130,7 +135,7 @@ class ExplorePolicy:
         free = [frontier for frontier in candidates if not self._vain.holds(frontier.point, now)]
         best = s.explorer.best(free or candidates)
         if best is None:
-            self._stop(self._why_none())
+            self._stop(*self._why_none())
             return
         kept = self._kept(free)
         if kept is not None and best.way > s.better * kept.way:
@@ -147,27 +152,25 @@ class ExplorePolicy:
         near = [frontier for frontier in frontiers if math.dist(frontier.point, going.point) < 0.5]
         return min(near, key=lambda frontier: math.dist(frontier.point, going.point), default=None)
 
-    def _why_none(self) -> str:
+    def _why_none(self) -> tuple[str, bool]:
+        """Why there is no frontier to go to, and whether that is the end that was hoped for."""
         ways = self._navigator.ways
-        if ways is None or not bool((ways.lengths > 0.0).any() and (ways.lengths < math.inf).sum() > 1):
-            return "there is no free space around the robot"
-        left = len(self._candidates())
-        if left:
-            return f"all that can be reached is mapped but {left} places that could not be looked at in {self._settings.tries} tries"
-        return "all that can be reached is mapped"
+        if ways is None or int((ways.lengths < math.inf).sum()) <= 1:
+            return "there is no free space around the robot", False
+        if left := len(self._candidates()):
+            return f"all that can be reached is mapped but {left} places that {self._settings.tries} tries have not shown", True
+        return "all that can be reached is mapped", True
 
-    def _stop(self, why: str) -> None:
-        self._why, self._frontier = why, None
+    def _stop(self, why: str, complete: bool = False) -> None:
+        self._why, self._complete, self._frontier = why, complete, None
         self._navigator.stop()
-        complete = why.startswith("all")
         if not self._settings.come_home or self._home is None:
             self._outcome = Outcome(complete, why)
             return
         self._navigator.go(self._home)
 
-    def _go_home(self) -> Twist:
+    def _go_home(self) -> None:
         if self._outcome is None and self._navigator.progress in (Progress.ARRIVED, Progress.FAILED):
             back = self._navigator.progress is Progress.ARRIVED
             end = "the robot is back at its start" if back else "the way back to the start is blocked"
-            self._outcome = Outcome(back and self._why.startswith("all"), f"{self._why}; {end}")
-        return self._navigator.drive()
+            self._outcome = Outcome(back and self._complete, f"{self._why}; {end}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.errors import require_positive
+from slam.kernels.outlook import nearest
 from slam.messages import Twist
 from slam.se2 import SE2, FloatArray
 
@@ -17,6 +18,9 @@ SHARES = (1.0, 0.6, 0.3)
 """Of the wanted speed that are tried before the robot stops."""
 SLACK = 0.003
 """By so much may a hit come nearer that is a little too near already: along a wall its distance is noise [m]."""
+NEAR = 1.0
+"""Hits farther from the robot do not matter yet [m]."""
+HERE = np.zeros((1, 2))
 TICK = 0.05
 """Between the poses of a foreseen motion [s]."""
 
@@ -121,7 +125,7 @@ class PathFollower:
             self.blocked = False
             return self.face(bearing, stamp)
         wanted = self._pursuit(x, y, room)
-        near = T_map_base.inverse().transform(hits)
+        near = T_map_base.inverse().transform(hits[np.hypot(*(hits - base).T) < NEAR])
         safe = next((twist for share in SHARES if self._is_free(twist := Twist(share * wanted.v, share * wanted.omega), near)), None)
         self.blocked = safe is None
         return self._eased(safe or Twist(), stamp)
@@ -148,8 +152,8 @@ class PathFollower:
     def _is_free(self, twist: Twist, hits: FloatArray) -> bool:
         """Whether the robot can drive so and stop before it comes too near to a hit, or gets farther from those that are too near."""
         s = self._settings
-        nearest = float(np.min(np.hypot(hits[:, 0], hits[:, 1]), initial=np.inf))
-        allowed = nearest - SLACK if nearest > s.radius - 0.02 else nearest + SLACK
+        now = nearest(HERE, hits)
+        allowed = now - SLACK if now > s.radius - 0.02 else now + SLACK
         return foreseen_room(twist, s.latency + twist.v / s.acceleration, hits) >= min(s.radius, allowed)
 
     def _eased(self, twist: Twist, stamp: float) -> Twist:
@@ -164,12 +168,10 @@ class PathFollower:
 
 def foreseen_room(twist: Twist, span: float, hits: FloatArray) -> float:
     """Least distance [m] from the middle of the robot to hits (N, 2) in base, while it drives so for a time [s]; inf without hits."""
-    near = hits[np.hypot(hits[:, 0], hits[:, 1]) < abs(twist.v) * span + 0.5]
     times = np.arange(1, math.ceil(span / TICK) + 1) * TICK
     half = 0.5 * twist.omega * times
     chord = twist.v * times * np.sinc(half / math.pi)
-    places = np.column_stack([chord * np.cos(half), chord * np.sin(half)])
-    return float(np.min(np.hypot(*(near[:, None] - places).T), initial=np.inf))
+    return nearest(np.column_stack([chord * np.cos(half), chord * np.sin(half)]), hits)
 
 
 def resample(corners: FloatArray) -> FloatArray:

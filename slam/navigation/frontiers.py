@@ -36,7 +36,7 @@ class Frontier:
     way: float
     """What the way to the viewpoint costs [m]."""
     gain: float = 0.0
-    """Unknown area that a look around from the point may show [m^2]."""
+    """Unknown area about the point that a look from there may show [m^2]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +45,14 @@ class Explorer:
 
     strategy: str = "nearest"
     """`nearest`, `utility` or `gain`, see `STRATEGIES`."""
-    shortest: float = 0.2
+    shortest: float = 0.3
     """Length of border below which a stretch is left alone [m]."""
-    least_gain: float = 0.1
+    least_gain: float = 0.2
     """Area that a look must promise [m^2]."""
-    reach: float = 5.6
-    """Of the lidar [m]."""
+    around: float = 1.5
+    """Distance from a frontier up to which unknown area is its gain: what lies farther is the gain of others [m]."""
     depth: float = 1.0
-    """So far into the unknown it is believed to see [m]."""
+    """So far into the unknown a look is believed to go [m]."""
     near: float = 1.5
     """A stretch is looked at from within this distance [m]."""
     gain_scale: float = 1.0
@@ -64,7 +64,7 @@ class Explorer:
     def __post_init__(self) -> None:
         if self.strategy not in STRATEGIES:
             raise UnknownNameError("explorer", self.strategy, sorted(STRATEGIES))
-        require_positive(self, "reach", "depth", "near")
+        require_positive(self, "around", "depth", "near")
         require_not_negative(self, "shortest", "least_gain", "gain_scale", "decay")
 
     def goal(self, grid: OccupancyGrid, pose: SE2) -> Frontier | None:
@@ -90,7 +90,7 @@ class Explorer:
             if seen_from[0] >= 0:
                 found.append((len(cells) * resolution, middle, seen_from))
         middles = np.array([middle for _, middle, _ in found], dtype=np.int64).reshape(-1, 2)
-        gains = outlook.unknown_in_view(costmap.states, middles, self.reach / resolution, self.depth / resolution, BEAMS)
+        gains = outlook.unknown_in_view(costmap.states, middles, self.around / resolution, self.depth / resolution, BEAMS)
         frontiers = [
             Frontier(
                 _point(costmap, middle), _point(costmap, at), length, float(ways.lengths[at]) * resolution, float(gain) * resolution**2
@@ -139,7 +139,10 @@ def _utility(settings: Explorer, frontier: Frontier) -> float:
 
 
 def _gain(settings: Explorer, frontier: Frontier) -> float:
-    """Area to be seen, fading with the way to it: Gonzalez-Banos, Latombe, "Navigation strategies for exploring indoor environments" (2002)."""
+    """Area to be seen, fading with the way to it.
+
+    Gonzalez-Banos, Latombe, "Navigation strategies for exploring indoor environments" (2002).
+    """
     return frontier.gain * math.exp(-settings.decay * frontier.way)
 
 

@@ -89,6 +89,11 @@ class Navigator:
         return self._pose
 
     @property
+    def has_way(self) -> bool:
+        """Whether the last plan found a way to the goal."""
+        return self._has_way
+
+    @property
     def looking(self) -> bool:
         """Whether it turns about, or backs up."""
         return self._help is not None
@@ -107,7 +112,7 @@ class Navigator:
         if not frame.scans or not (jumped or frame.stamp - self._planned >= self._settings.period):
             return False
         self._T_map_odom, self._planned = estimate.T_map_odom, frame.stamp
-        costmap = Costmap.of(snapshot.map, self._settings.inflation, snapshot.trajectory, self._around.hits())
+        costmap = Costmap.of(snapshot.map, self._settings.inflation, snapshot.trajectory, self._around.hits(), self.goal)
         self.ways = ways_from(costmap, (self._pose.x, self._pose.y))
         self._replan()
         return True

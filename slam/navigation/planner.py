@@ -71,7 +71,7 @@ def _foothold(costmap: Costmap, start: tuple[float, float]) -> int:
     row, col = divmod(cell, costmap.geometry.width)
     reach = int(ESCAPE / costmap.geometry.resolution)
     top, left = max(row - reach, 0), max(col - reach, 0)
-    near = np.argwhere(np.isfinite(costmap.costs[top : row + reach + 1, left : col + reach + 1])) + (top, left)
+    near = np.argwhere(np.isfinite(costmap.costs[top : row + reach + 1, left : col + reach + 1])) + np.array([top, left])
     if len(near) == 0:
         return cell
     row, col = near[int(np.argmin(np.hypot(*(near - (row, col)).T)))].tolist()

@@ -10,7 +10,9 @@ from slam.messages import Estimate, SensorFrame, Twist
 from slam.navigation.explore import Explore
 from slam.navigation.perimeter import Perimeter
 from slam.navigation.spin import Spin
+from slam.navigation.goal import GoTo
 from slam.navigation.tour import Tour
+from slam.navigation.wander import Wander
 from slam.se2 import FloatArray
 from slam.snapshot import Snapshot
 
@@ -44,12 +46,20 @@ def _idle(frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> Twist |
     return None
 
 
-POLICIES: dict[str, type[PolicySettings]] = {"tour": Tour, "explore": Explore, "spin": Spin, "perimeter": Perimeter, "none": Idle}
+POLICIES: dict[str, type[PolicySettings]] = {
+    "tour": Tour,
+    "goal": GoTo,
+    "explore": Explore,
+    "wander": Wander,
+    "spin": Spin,
+    "perimeter": Perimeter,
+    "none": Idle,
+}
 """name -> frozen dataclass of parameters."""
 
 
-def make_policy(name: str, route: FloatArray) -> Policy:
-    """The policy of that name on a route (N, 2) [m] in the map.
+def make_policy(name: str, route: FloatArray, settings: PolicySettings | None = None) -> Policy:
+    """The policy of that name on a route (N, 2) [m] in the map; with its parameters where they are not the defaults.
 
     Raises:
         UnknownNameError: no such policy; the message lists those there are.
@@ -59,4 +69,4 @@ def make_policy(name: str, route: FloatArray) -> Policy:
         raise UnknownNameError("policy", name, sorted(POLICIES))
     if name == "tour" and len(route) < 2:
         raise SlamError("the policy 'tour' needs a world with a tour of two waypoints or more; use --policy none")
-    return POLICIES[name]().build(route)
+    return (settings or POLICIES[name]()).build(route)

@@ -36,6 +36,7 @@ class Surroundings:
         self._settings = settings
         self._odometry: deque[WheelOdometry] = deque()
         self._hits: deque[tuple[float, FloatArray]] = deque()
+        self._joined: FloatArray | None = None
         self._unveil = Unveil()
         self.scanned = -np.inf
         """Stamp of the newest scan [s]."""
@@ -49,10 +50,13 @@ class Surroundings:
             self._add(scan, frame.stamp, estimate.T_map_base)
         while self._hits and self._hits[0][0] < frame.stamp - self._settings.span:
             self._hits.popleft()
+            self._joined = None
 
     def hits(self) -> FloatArray:
         """(N, 2) in the map [m], the oldest first."""
-        return np.concatenate([np.empty((0, 2)), *(hits for _, hits in self._hits)])
+        if self._joined is None:
+            self._joined = np.concatenate([np.empty((0, 2)), *(hits for _, hits in self._hits)])
+        return self._joined
 
     def _add(self, scan: LaserScan, stamp: float, T_map_base: SE2) -> None:
         samples = Trajectory(
@@ -63,7 +67,7 @@ class Surroundings:
         points = points[np.hypot(points[:, 0], points[:, 1]) < self._settings.reach]
         T_map_scan = T_map_base @ self._at(stamp).inverse() @ self._at(scan.stamp)
         self._hits.append((scan.stamp, T_map_scan.transform(points)))
-        self.scanned = scan.stamp
+        self._joined, self.scanned = None, scan.stamp
 
     def _at(self, stamp: float) -> SE2:
         """`T_odom_base` at a time, held beyond the ends of what is kept."""
