@@ -8,9 +8,9 @@ from typing import Protocol
 from slam.errors import SlamError, UnknownNameError
 from slam.messages import Estimate, SensorFrame, Twist
 from slam.navigation.explore import Explore
+from slam.navigation.goal import GoTo
 from slam.navigation.perimeter import Perimeter
 from slam.navigation.spin import Spin
-from slam.navigation.goal import GoTo
 from slam.navigation.tour import Tour
 from slam.navigation.wander import Wander
 from slam.se2 import FloatArray
