@@ -16,6 +16,7 @@ from scripts.camera_view import camera_view
 from scripts.options import parse
 from scripts.preview import draw_world
 from scripts.runs.files import write_text, write_via
+from scripts.splits import CheckSplits
 from worlds.errors import WorldFileError
 from worlds.loader import load_world, world_names
 from worlds.toml_file import dump_world
@@ -29,6 +30,7 @@ $ twin worlds preview aruco_room --out room.png           a plan with markers an
 $ twin worlds preview office:people=5,moved=0.3,doors=open,seed=3 --out busy.png
 $ twin worlds preview office:people=4 --camera --out view.png    what the robot's camera sees
 $ twin worlds export aruco_room --out mine.toml           a file to edit
+$ twin worlds splits                                      check the frozen maps for exploring
 $ twin run --world mine.toml                              and to drive in
 
 NAME is what --world takes everywhere: a name or a .toml file, either with options (aruco_room:spacing=0.3,people=2), or a map of
@@ -103,6 +105,7 @@ Command = (
     Annotated[ListWorlds, subcommand("list")]
     | Annotated[PreviewWorld, subcommand("preview")]
     | Annotated[ExportWorld, subcommand("export")]
+    | Annotated[CheckSplits, subcommand("splits")]
 )
 
 

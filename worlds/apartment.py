@@ -45,14 +45,15 @@ class Apartment:
     def build(self) -> World:
         """Make the flat."""
         random = np.random.default_rng(self.seed)
-        rooms = sorted(_split(Room(0.0, 0.0, self.width, self.depth), random), key=lambda room: -room.area)
+        rooms = sorted(split_rooms(Room(0.0, 0.0, self.width, self.depth), random), key=lambda room: -room.area)
         kinds = [KINDS[i % len(KINDS)] for i in range(len(rooms))]
         rooms = [Room(room.x0, room.y0, room.x1, room.y1, kind) for room, kind in zip(rooms, kinds, strict=True)]
         description = f"{self.width:g} x {self.depth:g} m flat, {len(rooms)} rooms, seed {self.seed}"
-        return building("apartment", description, rooms, _connected(rooms, random), random)
+        return building("apartment", description, rooms, connected_rooms(rooms, random), random)
 
 
-def _split(room: Room, random: np.random.Generator) -> list[Room]:
+def split_rooms(room: Room, random: np.random.Generator) -> list[Room]:
+    """Rooms that fill a rectangle."""
     upright = room.x1 - room.x0 >= room.y1 - room.y0
     low, high = (room.x0, room.x1) if upright else (room.y0, room.y1)
     if room.area <= LARGEST_AREA or high - low < 2 * SMALLEST_SIDE:
@@ -60,10 +61,10 @@ def _split(room: Room, random: np.random.Generator) -> list[Room]:
     at = round(random.uniform(low + SMALLEST_SIDE, high - SMALLEST_SIDE), 2)
     first = Room(room.x0, room.y0, at, room.y1) if upright else Room(room.x0, room.y0, room.x1, at)
     second = Room(at, room.y0, room.x1, room.y1) if upright else Room(room.x0, at, room.x1, room.y1)
-    return [*_split(first, random), *_split(second, random)]
+    return [*split_rooms(first, random), *split_rooms(second, random)]
 
 
-def _connected(rooms: list[Room], random: np.random.Generator) -> list[Opening]:
+def connected_rooms(rooms: list[Room], random: np.random.Generator) -> list[Opening]:
     """Doors that join all rooms, and some more."""
     pairs = [(i, k) for i in range(len(rooms)) for k in range(i)]
     group = list(range(len(rooms)))

@@ -42,6 +42,8 @@ class Cave:
     depth: float = 8.0
     """Along y [m], 6 to 30."""
     seed: int = 0
+    tour: bool = True
+    """Whether a tour is looked for, which takes longer than all the rest."""
 
     def __post_init__(self) -> None:
         for option, value in (("width", self.width), ("depth", self.depth)):
@@ -51,11 +53,11 @@ class Cave:
     def build(self) -> World:
         """Make the cave; the robot starts where it has the most room."""
         hollow = self._hollow(np.random.default_rng(self.seed))
-        walls = tuple(wall for line in _outlines(hollow) for wall in _rock_face(line))
         row, col = np.unravel_index(np.argmax(ndimage.distance_transform_edt(hollow)), hollow.shape)
         start = (round((float(col) + 0.5) * CELL, 3), round((float(row) + 0.5) * CELL, 3), 0.0)
         description = f"{hollow.sum() * CELL**2:.0f} m^2 cave, seed {self.seed}"
-        return with_tour(World("cave", walls, start, description))
+        world = World("cave", cave_walls(hollow), start, description)
+        return with_tour(world) if self.tour else world
 
     def _hollow(self, random: np.random.Generator) -> Mask:
         """Open cells: the largest area in which a disc as wide as the narrowest passage gets about."""
@@ -67,6 +69,11 @@ class Cave:
         middles = components(ndimage.distance_transform_edt(open_cells) * CELL >= NARROWEST)
         largest = np.argmax(np.bincount(middles.ravel())[1:]) + 1
         return ndimage.distance_transform_edt(middles != largest) * CELL < NARROWEST
+
+
+def cave_walls(hollow: Mask) -> tuple[Wall, ...]:
+    """Smooth walls round open cells of `CELL`; none stands in the outermost cells."""
+    return tuple(wall for line in _outlines(hollow) for wall in _rock_face(line))
 
 
 def _outlines(hollow: Mask) -> list[NDArray[np.int64]]:

@@ -6,12 +6,18 @@ from typing import Any, ClassVar, Protocol
 
 from worlds.apartment import Apartment
 from worlds.aruco_room import ArucoRoom
+from worlds.burrow import Burrow
 from worlds.cave import Cave
+from worlds.clutter import Clutter
+from worlds.flat import Flat
+from worlds.forest import Forest
 from worlds.hall import Hall
 from worlds.maze import Maze
 from worlds.office import Office
 from worlds.office_random import OfficeRandom
 from worlds.rosmap import RosMap
+from worlds.warehouse import Warehouse
+from worlds.wing import Wing
 from worlds.world import World
 
 
@@ -28,12 +34,18 @@ class Generator(Protocol):
 GENERATORS: dict[str, type[Generator]] = {
     "apartment": Apartment,
     "aruco_room": ArucoRoom,
+    "burrow": Burrow,
     "cave": Cave,
+    "clutter": Clutter,
+    "flat": Flat,
+    "forest": Forest,
     "hall": Hall,
     "map": RosMap,
     "maze": Maze,
     "office": Office,
     "office_random": OfficeRandom,
+    "warehouse": Warehouse,
+    "wing": Wing,
 }
 """name -> frozen dataclass of options with `build() -> World`."""
 PEOPLED = {"office": 3}

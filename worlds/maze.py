@@ -31,6 +31,8 @@ class Maze:
     rows: int = 7
     """3 to 25."""
     seed: int = 0
+    tour: bool = True
+    """Whether a tour is looked for, which takes longer than all the rest."""
 
     def __post_init__(self) -> None:
         for option, value in (("columns", self.columns), ("rows", self.rows)):
@@ -45,7 +47,8 @@ class Maze:
         walls = [*loop([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)], HEIGHT)]
         walls += self._inner_walls({passage for passage in self._borders() if passage not in passages and random.random() >= SHORTCUTS})
         description = f"{self.columns} x {self.rows} cells of {CELL} m, seed {self.seed}"
-        return with_tour(World("maze", tuple(walls), (CELL / 2, CELL / 2, 0.0), description=description), stops=5, reach=25.0)
+        world = World("maze", tuple(walls), (CELL / 2, CELL / 2, 0.0), description=description)
+        return with_tour(world, stops=5, reach=25.0) if self.tour else world
 
     def _borders(self) -> list[Passage]:
         """All pairs of neighbouring cells, in order."""

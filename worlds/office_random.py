@@ -39,14 +39,14 @@ class OfficeRandom:
         for side in (1, -1):
             wall, depth = (self.corridor if side > 0 else 0.0), round(random.uniform(*DEPTHS), 2)
             ends = (wall, round(self.corridor + depth, 2)) if side > 0 else (-depth, wall)
-            for x0, x1 in _cuts(self.length, random):
+            for x0, x1 in cut_rooms(self.length, random):
                 kind = "meeting" if x1 - x0 > 4.0 else "office"
                 rooms.append(Room(x0, ends[0], x1, ends[1], kind))
                 openings.append(Opening((round(random.uniform(x0 + 0.75, x1 - 0.75), 2), wall), False, side=side))
         return building("office_random", f"{self.length:g} m corridor, {len(rooms) - 1} rooms, seed {self.seed}", rooms, openings, random)
 
 
-def _cuts(length: float, random: np.random.Generator) -> list[tuple[float, float]]:
+def cut_rooms(length: float, random: np.random.Generator) -> list[tuple[float, float]]:
     """Spans that fill a length, each as wide as a room."""
     count = max(int(length / np.mean(WIDTHS)), 1)
     shares = random.uniform(WIDTHS[0], WIDTHS[1], count)
