@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from hardware.spec import DriveSpec
-from sim import motor_kernel
+from sim import motor_kernel, rolling_kernel
 from sim.drive_errors import DriveErrors
 from sim.motion import NANOSECONDS, STEP, WHEELS, Motion
 from slam.messages import WheelOdometry
@@ -18,6 +18,8 @@ TORQUE = 0.20
 """Running torque of the EV3 large motor [N m] (LEGO's data sheet)."""
 TIME_CONSTANT = 0.05
 """Of a perfect motor's way to its rate [s]."""
+LAG = -math.expm1(-STEP / TIME_CONSTANT)
+"""Share of that way in one step."""
 MAX_ACCELERATION = 40.0
 """Of a perfect motor's wheel [rad/s^2]; more would lift the caster."""
 STALL_TIME = 0.2
@@ -103,7 +105,7 @@ class Motors:
         """See `Drive`."""
         if self.rates == self.goals:
             return False
-        self.rates = (_approach(self.rates[0], self.goals[0]), _approach(self.rates[1], self.goals[1]))
+        self.rates = rolling_kernel.approached(self.rates, self.goals, LAG, MAX_ACCELERATION * STEP)
         return True
 
     def _limited(self, rate: float) -> float:
@@ -191,12 +193,3 @@ class Odometer:
         # Half a count: the wheels start in the middle of one, or settling on the floor would show as a whole count.
         counts = math.floor(angle * self._spec.counts_per_turn / math.tau + 0.5)
         return counts * (math.tau / self._spec.counts_per_turn)
-
-
-def _towards(rate: float, goal: float, limit: float) -> float:
-    return rate + min(max(goal - rate, -limit), limit)
-
-
-def _approach(rate: float, target: float) -> float:
-    change = (target - rate) * -math.expm1(-STEP / TIME_CONSTANT)
-    return target if abs(target - rate) < 1e-6 else _towards(rate, rate + change, MAX_ACCELERATION * STEP)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hardware.spec import DriveSpec, RobotSpec
-from sim import outline_kernel
+from sim import rolling_kernel
 from sim.drive import Drive, Wheels
 from sim.motion import STEP, Motion
 from sim.scene import standing_solids
@@ -20,6 +20,10 @@ CARRIED = 4e-4
 """What each wheel carries of the robot's inertia [kg m^2]: half of 0.9 kg at 28 mm, and its own."""
 
 
+LEAST = 1e-9
+"""Way of both wheels in a step above which a body that stays in its place is held by a wall [m]."""
+
+
 class Unicycle:
     """Implements `sim.stage.Body`: the exact arc of both wheels, a step at a time, on the floor.
 
@@ -30,8 +34,9 @@ class Unicycle:
     def __init__(self, world: World, spec: RobotSpec) -> None:
         self._drive = spec.drive or DriveSpec()
         self._radius = spec.radius
-        self._obstacles = _obstacles(world)
-        self._pose = SE2(*world.start)
+        self._obstacles = obstacles(world)
+        start = SE2(*world.start)
+        self._pose = start.x, start.y, start.yaw
         self._wheels = Wheels()
         self._room = 0.0  # the way that is certainly free [m]
         self._motion = Motion(0, SE3())
@@ -64,39 +69,28 @@ class Unicycle:
     def _turned(self, motors: Drive) -> Wheels:
         """The wheels one step later: brought to their motors' rates as far as the torques reach."""
         before = self._wheels.rates
-        left, right = (
-            old + min(max(rate - old, -limit), limit)
-            for old, rate, limit in zip(before, motors.rates, (torque * STEP / CARRIED for torque in motors.torques), strict=True)
-        )
+        limits = motors.torques[0] * STEP / CARRIED, motors.torques[1] * STEP / CARRIED
+        left, right = rolling_kernel.braked(before, motors.rates, limits)
         loads = CARRIED * (left - before[0]) / STEP, CARRIED * (right - before[1]) / STEP
         angles = self._wheels.angles[0] + left * STEP, self._wheels.angles[1] + right * STEP
         return Wheels(angles, (left, right), loads)
 
     def _roll(self, left: float, right: float) -> None:
         """The wheels turn by angles [rad]; the body follows as far as there is room."""
-        moved = self._pose @ self._drive.increment(left, right)
-        way = math.hypot(moved.x - self._pose.x, moved.y - self._pose.y)
-        stopped = way > self._room and not self._has_room(moved)
-        if stopped:
-            moved, way = SE2(self._pose.x, self._pose.y, moved.yaw), 0.0
-        if way > 0.0 or stopped:
-            self._collisions += stopped and not self._touches
-            self._touches = stopped
-        self._room -= way
-        self._pose = moved
-
-    def _has_room(self, moved: SE2) -> bool:
-        """Whether the body may go there: nothing is nearer than its radius, or it is on its way out."""
-        now, then = (outline_kernel.clearance(self._obstacles, pose.x, pose.y) for pose in (self._pose, moved))
-        self._room = max(now - self._radius, 0.0)
-        return then >= min(self._radius, now)
+        geometry = (*self._drive.wheel_radii, self._drive.track)
+        *pose, self._room = rolling_kernel.roll(self._pose, self._room, (left, right), geometry, (self._obstacles, self._radius)).tolist()
+        if abs(left * geometry[0] + right * geometry[1]) > LEAST:
+            held = (pose[0], pose[1]) == self._pose[:2]
+            self._collisions += held and not self._touches
+            self._touches = held
+        self._pose = (pose[0], pose[1], pose[2])
 
     def _row(self, encoders: tuple[float, float]) -> tuple[float, ...]:
-        half = 0.5 * self._pose.yaw
-        pose = (self._pose.x, self._pose.y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half))
+        x, y, yaw = self._pose
+        pose = (x, y, 0.0, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
         return (*pose, *encoders)
 
 
-def _obstacles(world: World) -> FloatArray:
+def obstacles(world: World) -> FloatArray:
     """Outlines (N, 4) [m] of all that stands as low as the robot is high."""
     return np.concatenate([sides(solid.footprint()) for solid in standing_solids(world) if solid.z_span[0] < ROBOT_HEIGHT])

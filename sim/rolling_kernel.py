@@ -1,0 +1,92 @@
+"""Wheels that roll on a plane without slipping under a circle that walls stop; and the perfect motors that turn them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim import outline_kernel
+from slam.kernels.jit import njit
+
+Floats = NDArray[np.float64]
+Pose = tuple[float, float, float]
+"""x, y [m], yaw [rad] in (-pi, pi]."""
+
+
+@njit
+def roll(pose: Pose, room: float, turned: tuple[float, float], drive: tuple[float, float, float], walls: tuple[Floats, float]) -> Floats:
+    """Where the body is (x, y, yaw) when its wheels have turned, and the way that is certainly free then [m].
+
+    Where the circle would come nearer to an outline, the body turns with its wheels but stays in its place.
+
+    Args:
+        pose: of the body before.
+        room: the way that is certainly free before [m].
+        turned: of the wheels, left and right [rad].
+        drive: radii of the wheels, left and right, and track [m].
+        walls: outlines (N, 4) [m], and the circle's radius [m].
+    """
+    moved = compose(pose, arc(turned, drive))
+    way = math.sqrt((moved[0] - pose[0]) ** 2 + (moved[1] - pose[1]) ** 2)
+    if way > room:
+        now, then = outline_kernel.clearance(walls[0], pose[0], pose[1]), outline_kernel.clearance(walls[0], moved[0], moved[1])
+        room = max(now - walls[1], 0.0)
+        if then < min(walls[1], now):  # on its way out it may go
+            moved, way = (pose[0], pose[1], moved[2]), 0.0
+    return np.array([moved[0], moved[1], moved[2], room - way])
+
+
+@njit
+def arc(turned: tuple[float, float], drive: tuple[float, float, float]) -> Pose:
+    """The body's motion while its wheels turn: exact. See `slam.se2.SE2.exp`."""
+    left, right = turned[0] * drive[0], turned[1] * drive[1]
+    v, omega = 0.5 * (left + right), (right - left) / drive[2]
+    if abs(omega) < 1e-6:
+        a, b = 1.0 - omega * omega / 6.0, omega / 2.0 - omega * omega * omega / 24.0
+    else:
+        a, b = math.sin(omega) / omega, 2.0 * math.sin(omega / 2.0) ** 2 / omega
+    return a * v, b * v, omega
+
+
+@njit
+def compose(a: Pose, b: Pose) -> Pose:
+    """`T_0_2 = T_0_1 @ T_1_2`, as `slam.se2.SE2` does."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrapped(a[2] + b[2])
+
+
+@njit
+def inverse(a: Pose) -> Pose:
+    """`T_1_0` of `T_0_1`."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return -c * a[0] - s * a[1], s * a[0] - c * a[1], wrapped(-a[2])
+
+
+@njit
+def wrapped(angle: float) -> float:
+    """An angle of less than three half turns in (-pi, pi] [rad]."""
+    if angle > math.pi:
+        return angle - math.tau
+    return angle + math.tau if angle <= -math.pi else angle
+
+
+@njit
+def approached(rates: tuple[float, float], goals: tuple[float, float], gain: float, limit: float) -> tuple[float, float]:
+    """Wheel rates one step nearer to their goals [rad/s]: by a share of what is missing, `limit` at most."""
+    return _approached(rates[0], goals[0], gain, limit), _approached(rates[1], goals[1], gain, limit)
+
+
+@njit
+def _approached(rate: float, goal: float, gain: float, limit: float) -> float:
+    if abs(goal - rate) < 1e-6:
+        return goal
+    return rate + min(max((goal - rate) * gain, -limit), limit)
+
+
+@njit
+def braked(rates: tuple[float, float], wanted: tuple[float, float], limits: tuple[float, float]) -> tuple[float, float]:
+    """Wheel rates that torques bring towards those wanted, by `limits` at most [rad/s]."""
+    left = rates[0] + min(max(wanted[0] - rates[0], -limits[0]), limits[0])
+    return left, rates[1] + min(max(wanted[1] - rates[1], -limits[1]), limits[1])
