@@ -29,6 +29,11 @@ class GridRays:
         codes = np.array([CODES[solid.material] for solid in solids], np.int8)
         self._outlines = sides, normals, np.repeat(np.arange(len(solids)), lengths), spans, places, codes
 
+    @property
+    def outlines(self) -> outline_kernel.Outlines:
+        """What `outline_kernel.meet` takes."""
+        return self._outlines
+
     def cast(self, origins: Singles, directions: Singles, max_range: float) -> Singles:
         """See `sim.rays.Rays.cast`."""
         return self.meet(origins, directions, max_range)[0]

@@ -32,6 +32,9 @@ REACH = 1.1
 BIAS_SPACING = 0.05
 """Ranges between which the bias is interpolated [m]."""
 
+Constants = tuple[FloatArray, FloatArray, lidar_kernel.Optics, tuple[float, ...], tuple[float, float], FloatArray]
+"""Beams' directions in base (N, 3), their origin in base (3,) [m]; see `lidar_kernel.report` for the rest."""
+
 
 def grid_rays(world: World, *, glass: bool = True) -> GridRays:
     """Rays against everything that never moves, with panes or without."""
@@ -114,6 +117,12 @@ class Lidar:
         spec = self._spec
         ranges = self._reported(self._met(motion, stamp), stamp)
         return LaserScan(stamp, ranges, self._angles, spec.time_increment, spec.range_min, spec.range_max, spec.T_base_laser)
+
+    @property
+    def constants(self) -> Constants:
+        """What the kernels are told of this device, `biases` at time 0 the last."""
+        limits = (self._spec.range_min, self._spec.range_max)
+        return self._directions, self._mount, self._optics, self._model, limits, self.biases(0.0)
 
     def biases(self, stamp: float) -> FloatArray:
         """Bias at normal incidence (K,) [m] of ranges `BIAS_SPACING` apart from 0 on: the device's own, its swing, its warming up."""

@@ -32,7 +32,7 @@ SLACK = 1e-9
 @njit
 def meet(outlines: Outlines, origins: Singles, directions: Singles, reach: float) -> Met:
     """What beams of origins (N, 3) and unit directions (N, 3) meet within `reach` [m]."""
-    sides, spans, places = outlines[0], outlines[3], outlines[4]
+    sides, normals, spans, places = outlines[0], outlines[1], outlines[3], outlines[4]
     fan = fan_of(origins, directions, reach)
     x, y, width, low, high = fan[3]
     drawn = np.full(len(origins), reach), np.full(len(origins), -1, np.int64)
@@ -44,7 +44,7 @@ def meet(outlines: Outlines, origins: Singles, directions: Singles, reach: float
         if spans[s, 2]:
             _draw_round(fan, drawn, spans[s, 0], places[s])
         else:
-            _draw_sides(fan, drawn, spans[s, 0], shape)
+            _draw_sides(fan, drawn, (spans[s, 0], normals[spans[s, 0] : spans[s, 1]]), shape)
         for face in (places[s, 3], places[s, 4]):
             if low < face < high:
                 _draw_level(fan, drawn, -2 - s, shape if not spans[s, 2] else (sides[:0], places[s]), face)
@@ -52,15 +52,15 @@ def meet(outlines: Outlines, origins: Singles, directions: Singles, reach: float
 
 
 @njit
-def _draw_sides(fan: Fan, drawn: Drawn, first: int, shape: Shape) -> None:
-    """Draw the sides of one solid, numbered from `first` on; from outside, those alone that face the beams."""
-    sides, place = shape
+def _draw_sides(fan: Fan, drawn: Drawn, known: tuple[int, Floats], shape: Shape) -> None:
+    """Draw the sides of one solid, of which the first one's number and the normals are known; from outside, those that face the beams."""
+    (first, normals), (sides, place) = known, shape
     x, y, width = fan[3][0], fan[3][1], fan[3][2]
     outside = False
     for k in range(len(sides)):
-        outside = outside or _beyond(sides[k], x, y) > width
+        outside = outside or normals[k, 0] * (x - sides[k, 0]) + normals[k, 1] * (y - sides[k, 1]) > width
     for k in range(len(sides)):
-        if not outside or _beyond(sides[k], x, y) >= -width:
+        if not outside or normals[k, 0] * (x - sides[k, 0]) + normals[k, 1] * (y - sides[k, 1]) >= -width:
             for beams in beams_towards(fan, (sides[k, 0] - x, sides[k, 1] - y), (sides[k, 2] - x, sides[k, 3] - y), width):
                 _draw_side(fan, drawn, first + k, (sides[k], place), beams)
 
@@ -151,9 +151,33 @@ def _beyond(side: Floats, x: float, y: float) -> float:
 @njit
 def clearance(sides: Floats, x: float, y: float) -> float:
     """Distance [m] from a place to the nearest of the sides (N, 4); inf without any."""
+    return np.sqrt(_nearest(sides, x, y, np.inf))
+
+
+@njit
+def clearance_of(sides: Floats, hulls: Floats, x: float, y: float) -> float:
+    """As `clearance`, of sides in groups: only those that may be near are looked at.
+
+    Args:
+        sides: (N, 4) [m].
+        hulls: (M, 5) middle and radius [m] of a circle that holds a group, its first side and the one after its last.
+        x: of the place [m].
+        y: of the place [m].
+    """
     nearest = np.inf
+    for k in range(len(hulls)):
+        wx, wy = hulls[k, 0] - x, hulls[k, 1] - y
+        least = np.sqrt(wx * wx + wy * wy) - hulls[k, 2]
+        if least <= 0.0 or least * least < nearest:
+            nearest = _nearest(sides[int(hulls[k, 3]) : int(hulls[k, 4])], x, y, nearest)
+    return np.sqrt(nearest)
+
+
+@njit
+def _nearest(sides: Floats, x: float, y: float, nearest: float) -> float:
+    """Least of the squared distances [m^2] to sides (N, 4), and of what was the nearest."""
     for k in range(len(sides)):
         ex, ey, wx, wy = sides[k, 2] - sides[k, 0], sides[k, 3] - sides[k, 1], x - sides[k, 0], y - sides[k, 1]
         f = min(max((wx * ex + wy * ey) / max(ex * ex + ey * ey, 1e-30), 0.0), 1.0)
         nearest = min(nearest, (wx - f * ex) ** 2 + (wy - f * ey) ** 2)
-    return np.sqrt(nearest)
+    return nearest

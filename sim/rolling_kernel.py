@@ -16,8 +16,10 @@ Pose = tuple[float, float, float]
 
 
 @njit
-def roll(pose: Pose, room: float, turned: tuple[float, float], drive: tuple[float, float, float], walls: tuple[Floats, float]) -> Floats:
-    """Where the body is (x, y, yaw) when its wheels have turned, and the way that is certainly free then [m].
+def roll(
+    pose: Pose, room: float, turned: tuple[float, float], drive: tuple[float, float, float], walls: tuple[Floats, Floats, float]
+) -> tuple[Pose, float]:
+    """Where the body is when its wheels have turned, and the way that is certainly free then [m].
 
     Where the circle would come nearer to an outline, the body turns with its wheels but stays in its place.
 
@@ -26,16 +28,22 @@ def roll(pose: Pose, room: float, turned: tuple[float, float], drive: tuple[floa
         room: the way that is certainly free before [m].
         turned: of the wheels, left and right [rad].
         drive: radii of the wheels, left and right, and track [m].
-        walls: outlines (N, 4) [m], and the circle's radius [m].
+        walls: sides and hulls of `outline_kernel.clearance_of`, and the circle's radius [m].
     """
     moved = compose(pose, arc(turned, drive))
     way = math.sqrt((moved[0] - pose[0]) ** 2 + (moved[1] - pose[1]) ** 2)
     if way > room:
-        now, then = outline_kernel.clearance(walls[0], pose[0], pose[1]), outline_kernel.clearance(walls[0], moved[0], moved[1])
-        room = max(now - walls[1], 0.0)
-        if then < min(walls[1], now):  # on its way out it may go
+        now, then = clearance(walls, pose[0], pose[1]), clearance(walls, moved[0], moved[1])
+        room = max(now - walls[2], 0.0)
+        if then < min(walls[2], now):  # on its way out it may go
             moved, way = (pose[0], pose[1], moved[2]), 0.0
-    return np.array([moved[0], moved[1], moved[2], room - way])
+    return moved, room - way
+
+
+@njit
+def clearance(walls: tuple[Floats, Floats, float], x: float, y: float) -> float:
+    """How far a place is from the nearest wall [m]."""
+    return outline_kernel.clearance_of(walls[0], walls[1], x, y)
 
 
 @njit

@@ -18,6 +18,8 @@ from worlds.world import ROBOT_HEIGHT, World
 
 CARRIED = 4e-4
 """What each wheel carries of the robot's inertia [kg m^2]: half of 0.9 kg at 28 mm, and its own."""
+HULL_SLACK = 1e-9
+"""Added to hulls, so that rounding shuts nothing out [m]."""
 
 
 LEAST = 1e-9
@@ -78,12 +80,12 @@ class Unicycle:
     def _roll(self, left: float, right: float) -> None:
         """The wheels turn by angles [rad]; the body follows as far as there is room."""
         geometry = (*self._drive.wheel_radii, self._drive.track)
-        *pose, self._room = rolling_kernel.roll(self._pose, self._room, (left, right), geometry, (self._obstacles, self._radius)).tolist()
+        before, walls = self._pose, (*self._obstacles, self._radius)
+        self._pose, self._room = rolling_kernel.roll(before, self._room, (left, right), geometry, walls)
         if abs(left * geometry[0] + right * geometry[1]) > LEAST:
-            held = (pose[0], pose[1]) == self._pose[:2]
+            held = self._pose[:2] == before[:2]
             self._collisions += held and not self._touches
             self._touches = held
-        self._pose = (pose[0], pose[1], pose[2])
 
     def _row(self, encoders: tuple[float, float]) -> tuple[float, ...]:
         x, y, yaw = self._pose
@@ -91,6 +93,10 @@ class Unicycle:
         return (*pose, *encoders)
 
 
-def obstacles(world: World) -> FloatArray:
-    """Outlines (N, 4) [m] of all that stands as low as the robot is high."""
-    return np.concatenate([sides(solid.footprint()) for solid in standing_solids(world) if solid.z_span[0] < ROBOT_HEIGHT])
+def obstacles(world: World) -> tuple[FloatArray, FloatArray]:
+    """Outlines (N, 4) [m] of all that stands as low as the robot is high, and its hulls (M, 5), see `outline_kernel.clearance_of`."""
+    rings = [sides(solid.footprint()) for solid in standing_solids(world) if solid.z_span[0] < ROBOT_HEIGHT]
+    ends = np.cumsum([len(ring) for ring in rings])
+    middles = np.array([ring[:, :2].mean(axis=0) for ring in rings])
+    radii = [np.linalg.norm(ring[:, :2] - middle, axis=1).max() + HULL_SLACK for ring, middle in zip(rings, middles, strict=True)]
+    return np.concatenate(rings), np.column_stack([middles, radii, ends - [len(ring) for ring in rings], ends])

@@ -1,0 +1,175 @@
+"""The kinematic twin of an ideal robot, its scan, its map and its views: many robots in one call, to the bit as `sim.kinematic` has them.
+
+A step is 50 physics steps, then the scan that arrives within it is measured on the way driven, and entered in the map.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim import kernels, lidar_kernel, outline_kernel, rolling_kernel
+from sim.envs import map_kernel
+from sim.motion import STEP
+from sim.rolling_kernel import Pose
+from slam.kernels.jit import njit
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+X, YAW, ROOM, RATES, MOTORS, GOALS = 0, 2, 3, 4, 6, 8
+"""Columns of a body: x, y [m], yaw [rad]; the way that is certainly free [m]; left and right wheel rate, the motors' and their goals
+[rad/s]."""
+BODY = 10
+KEPT = 128
+"""Physics steps that are kept of each robot's way: longer than a step and the scan in it."""
+STEPS, FIRST_STEPS = 50, 55
+"""Physics steps in a step, and before the first scan has come."""
+CONTACT = 0.005
+"""Nearer to anything than this the robot touches it [m]."""
+
+Worlds = tuple[Floats, Floats, Ints, Ints, Floats, NDArray[np.int8], Floats, Floats, Ints, Floats]
+"""Of N worlds: `outline_kernel.Outlines` with N in front and rows to spare; sides and hulls of what stops the robot (N, W, 4) and
+(N, H, 5); how many sides, solids, sides that stop it and hulls there are (N, 4); T_world_map as x, y, yaw (N, 3)."""
+Walls = tuple[Floats, Floats, float]
+"""Sides (W, 4) and hulls (H, 5) of what stops a robot, and the radius of the circle that holds it [m]."""
+Robots = tuple[Floats, Floats, Floats, Ints]
+"""Bodies (N, BODY); the poses of their last steps as position and quaternion (N, KEPT, 7) and as x, y, yaw (N, KEPT, 3), the newest
+last; how many steps they have made (N,), the start included."""
+Charts = tuple[Bytes, NDArray[np.int16], Bytes, Bytes]
+"""`map_kernel.Chart`, with N in front."""
+Device = tuple[
+    tuple[Floats, Floats, lidar_kernel.Optics, tuple[float, ...], tuple[float, float], Floats],
+    tuple[Floats, Floats],
+    tuple[Floats, Pose, float, float],
+    tuple[float, float, float],
+    tuple[float, float, float, float, float],
+]
+"""The lidar's `constants`; the draws of a device without noise (B,), (B,); its angles (B,) [rad], T_base_laser, time from beam to beam
+[s] and reach [m]; radii and track [m]; lag and limit of the motors, limit of the wheels, fastest wheel [rad/s], radius [m]."""
+Sights = tuple[Bytes, Bytes, Singles, Floats, Ints, NDArray[np.bool_]]
+"""What is written, N in front: `map_kernel.close_up` and `overview`, ranges (B,) [m], T_map_base (3,), new cells that count, contact."""
+
+
+@njit
+def step(
+    worlds: Worlds, robots: Robots, charts: Charts, device: Device, times: tuple[Ints, Floats, Floats], out: tuple[Sights, int, int]
+) -> None:
+    """Let robots drive on and see; their goals are set.
+
+    Args:
+        worlds: what is around them.
+        robots: changed.
+        charts: changed.
+        device: what all robots are.
+        times: how many steps each robot has made, -1 before its first, changed; by number of a step when the first beam of its scan
+            leaves, and when it ends [s].
+        out: `Sights`, written; first robot, and the one after the last.
+    """
+    sights, first, last = out
+    for i in range(first, last):
+        count = STEPS if times[0][i] >= 0 else FIRST_STEPS
+        times[0][i] += 1
+        _drive(_walls(worlds, i, device), (robots[0][i], robots[1][i], robots[2][i]), device, count)
+        robots[3][i] += count
+        ranges, begin, end = _sweep(worlds, robots, device, i, times[1][times[0][i]])
+        T_map_world = rolling_kernel.inverse((worlds[9][i, 0], worlds[9][i, 1], worlds[9][i, 2]))
+        mount, angles = device[2][1], device[2][0]
+        poses = (
+            rolling_kernel.compose(rolling_kernel.compose(T_map_world, begin), mount),
+            rolling_kernel.compose(rolling_kernel.compose(T_map_world, end), mount),
+        )
+        chart = charts[0][i], charts[1][i], charts[2][i], charts[3][i]
+        sights[4][i] = map_kernel.insert(chart, (ranges, angles), poses, device[0][4])
+        pose = rolling_kernel.compose(T_map_world, _pose_at(robots[2][i], robots[3][i], times[2][times[0][i]]))
+        look(chart, (ranges, device[0][4]), pose, (sights[0][i], sights[1][i], sights[2][i], sights[3][i]))
+        sights[5][i] = touches(_walls(worlds, i, device), robots[0][i, X], robots[0][i, X + 1], robots[0][i, ROOM])
+
+
+@njit
+def _walls(worlds: Worlds, i: int, device: Device) -> Walls:
+    """What stops a robot."""
+    return worlds[6][i, : worlds[8][i, 2]], worlds[7][i, : worlds[8][i, 3]], device[4][4]
+
+
+@njit
+def look(
+    chart: map_kernel.Chart, scan: tuple[Floats, tuple[float, float]], pose: Pose, sight: tuple[Bytes, Bytes, Singles, Floats]
+) -> None:
+    """Write what an agent gets: both views, ranges (as many as there is room for) where nothing is the reach, and the pose."""
+    map_kernel.close_up(chart[0], pose, sight[0])
+    map_kernel.overview(chart[2], pose, sight[1])
+    (ranges, limits), count = scan, len(sight[2])
+    for k in range(count):
+        r = ranges[(k * (len(ranges) - 1)) // (count - 1)]
+        sight[2][k] = min(r, limits[1]) if r >= limits[0] else 0.0
+    sight[3][0], sight[3][1], sight[3][2] = pose
+
+
+@njit
+def touches(walls: Walls, x: float, y: float, room: float) -> bool:
+    """Whether a robot at a place touches something; `room` is the way that is certainly free [m]."""
+    return room < CONTACT and rolling_kernel.clearance(walls, x, y) < walls[2] + CONTACT
+
+
+@njit
+def _drive(walls: Walls, robot: tuple[Floats, Floats, Floats], device: Device, steps: int) -> None:
+    """Make physics steps and keep their poses."""
+    body, rows, track = robot
+    lag, fastest_change, brake = device[4][:3]
+    rows[: KEPT - steps], track[: KEPT - steps] = rows[steps:].copy(), track[steps:].copy()
+    added = rows[KEPT - steps :]
+    wheels, motors = (body[RATES], body[RATES + 1]), (body[MOTORS], body[MOTORS + 1])
+    goals = body[GOALS], body[GOALS + 1]
+    pose, room = (body[X], body[X + 1], body[YAW]), body[ROOM]
+    for k in range(steps):
+        if motors != goals:
+            motors = rolling_kernel.approached(motors, goals, lag, fastest_change)
+        wheels = rolling_kernel.braked(wheels, motors, (brake, brake))
+        pose, room = rolling_kernel.roll(pose, room, (wheels[0] * STEP, wheels[1] * STEP), device[3], walls)
+        half = 0.5 * pose[2]
+        added[k, :5] = 0.0
+        added[k, 0], added[k, 1], added[k, 5], added[k, 6] = pose[0], pose[1], math.sin(half), math.cos(half)
+    body[X], body[X + 1], body[YAW], body[ROOM] = pose[0], pose[1], pose[2], room
+    track[KEPT - steps :] = kernels.to_base(added, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+    body[RATES], body[RATES + 1], body[MOTORS], body[MOTORS + 1] = wheels[0], wheels[1], motors[0], motors[1]
+
+
+@njit
+def _sweep(worlds: Worlds, robots: Robots, device: Device, i: int, stamp: float) -> tuple[Floats, Pose, Pose]:
+    """The scan (B,) [m] whose first beam leaves at `stamp` [s], and T_world_base at its first and last beam."""
+    (directions, mount, optics, model, limits, biases), (draws, normals), (_, _, increment, reach) = device[0], device[1], device[2]
+    steps, rows = robots[3][i], robots[1][i]
+    end = stamp + (len(directions) - 1) * increment
+    first = int(stamp / STEP)
+    last = max(min(int(np.ceil(end / STEP)), steps - 1), first + 1)
+    window = rows[KEPT - steps + first : KEPT - steps + last + 1]
+    places = (stamp - first * STEP) / STEP, increment / STEP
+    origins, turned = kernels.beams(kernels.frames_of(window), places, directions, mount)
+    sides, solids = worlds[8][i, 0], worlds[8][i, 1]
+    outlines = (
+        worlds[0][i, :sides],
+        worlds[1][i, :sides],
+        worlds[2][i, :sides],
+        worlds[3][i, :solids],
+        worlds[4][i, :solids],
+        worlds[5][i, :solids],
+    )
+    met = outline_kernel.meet(outlines, origins, turned, reach)
+    ranges = lidar_kernel.report(met, (draws, normals), optics, model, biases, limits)
+    return ranges, _pose_at(robots[2][i], steps, stamp), _pose_at(robots[2][i], steps, end)
+
+
+@njit
+def _pose_at(track: Floats, steps: int, t: float) -> Pose:
+    """As `sim.motion.Motion.pose_at`."""
+    place = min(t / STEP, steps - 1.0)
+    k = min(int(place), max(steps - 2, 0))
+    f = place - k
+    a, b = track[KEPT - steps + k], track[KEPT - steps + min(k + 1, steps - 1)]
+    yaw = rolling_kernel.wrapped(a[2] + f * rolling_kernel.wrapped(b[2] - a[2]))
+    return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), yaw
