@@ -104,14 +104,14 @@ class ExploreEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         if self.render_mode == "rgb_array":
             self._picture = Picture(self._site)
             self._picture.follow(sight.pose[0])
-        return self._observation(), self._info()
+        return self.observe(), self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive on for 0.1 s with shares (2,) of the largest speed and yaw rate."""
         v, omega = float(action[0]), float(action[1])
         reward = self.advance(Twist(v * self._drive.max_speed, omega * self._drive.max_yaw_rate))
         done = self.is_done
-        return self._observation(), reward + AT_THE_GOAL * done, done, False, self._info()
+        return self.observe(), reward + AT_THE_GOAL * done, done, False, self._info()
 
     def advance(self, twist: Twist) -> float:
         """Drive on for 0.1 s with a twist of `base`; returns the reward."""
@@ -144,7 +144,7 @@ class ExploreEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         x, y = (self._body.sight.pose[0] if way is None else way)[:2].tolist()
         return x, y
 
-    def _observation(self) -> Observation:
+    def observe(self) -> Observation:
         """New arrays: an agent may keep them."""
         sight = self._body.sight
         x, y, yaw = sight.pose[0].tolist()

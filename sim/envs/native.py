@@ -129,10 +129,10 @@ class Fleet:
     def step(self, sight: Sight, first: int = 0, last: int | None = None) -> None:
         """Let robots `first` to before `last` drive for a step, or wait for the first scan after they were placed, and see."""
         last = len(self.done) if last is None else last
-        if int(self.done.max()) + 1 >= len(self._times[0]):
-            self._times = self._timetable(2 * len(self._times[0]))
-        times = (self.done, *self._times)
-        native_kernel.step(self._worlds.arrays, self._robots, self._charts, self._device, times, (sight.arrays, first, last))
+        times = self._times
+        if int(self.done.max()) + 2 >= len(times[0]):
+            self._times = times = self._timetable(2 * len(times[0]))
+        native_kernel.step(self._worlds.arrays, self._robots, self._charts, self._device, (self.done, *times), (sight.arrays, first, last))
 
     def _timetable(self, count: int) -> tuple[FloatArray, FloatArray]:
         """By number of a step when the first beam of its scan leaves, and when it ends [s]."""

@@ -90,6 +90,7 @@ class Task:
         return site_of(text)
 
     def _check_real(self) -> None:
+        """What a real robot cannot."""
         if self.pose == "truth":
             raise SimError("a real robot has no true pose; take pose='odometry' or pose='slam'")
         for option in ("world", "realism"):
