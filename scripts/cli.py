@@ -20,7 +20,9 @@ from sim.errors import SimError
 from slam.errors import SlamError
 from worlds.errors import WorldError
 
-VERBS = ("demo", "run", "compare", "experiment", "worlds", "convert", "icp", "print", "emulate", "doctor", "calibrate", "bench")
+VERBS = (
+    "demo", "run", "compare", "experiment", "evaluate", "worlds", "convert", "icp", "print", "emulate", "teleop", "doctor", "calibrate", "bench",
+)  # fmt: skip
 EXPECTED = (HardwareError, OutputError, SimError, SlamError, UsageError, WorldError)
 
 

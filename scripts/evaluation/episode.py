@@ -1,0 +1,101 @@
+"""One explorer in one place, from the start to the goal or the end of the time."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.envs.explore import ExploreEnv
+from sim.envs.explorers import EXPLORERS
+from sim.envs.native import PERIOD
+from slam.messages import Twist
+
+EVERY = 10
+"""Steps from point to point of a curve: 1 s."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is to be run."""
+
+    explorer: str
+    world: str
+    seed: int
+    robot: str
+    pose: str
+    steps: int
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What came of it."""
+
+    explorer: str
+    world: str
+    coverage: float
+    path: float
+    """[m]"""
+    time: float
+    """[s]"""
+    collisions: int
+    marks: dict[int, tuple[float, float]]
+    """Share of the area [%] -> path [m] and time [s] when it was reached first."""
+    curve: list[float]
+    """Coverage at every second, held to the end of the time."""
+    decision_ms: float
+    """Median time of a decision and all its steps, of this process; the one number that no seed repeats."""
+
+    @property
+    def area_under_curve(self) -> float:
+        """Mean coverage over the time given."""
+        return float(np.mean(self.curve))
+
+
+class Recording(ExploreEnv):
+    """An environment that keeps the curve, and ends with the time."""
+
+    def begin(self, trial: Trial) -> None:
+        """Start the episode of a trial."""
+        self._limit, self.curve = trial.steps, list[float]()
+        self.reset(seed=trial.seed, options={"world": trial.world})
+        self.curve.append(self.tally.coverage)
+
+    def advance(self, twist: Twist) -> float:
+        """See `ExploreEnv.advance`; when the time is over nothing happens any more."""
+        if self.tally.steps >= self._limit or self.tally.coverage >= self.task.goal:
+            return 0.0
+        reward = super().advance(twist)
+        if self.tally.steps % EVERY == 0:
+            self.curve.append(self.tally.coverage)
+        return reward
+
+
+def run(trial: Trial) -> Episode:
+    """Run a trial to its end."""
+    env = Recording(robot=trial.robot, pose=trial.pose, world=trial.world, goal=0.995, steps=trial.steps)
+    try:
+        env.begin(trial)
+        explorer = EXPLORERS[trial.explorer](env, np.random.default_rng((trial.seed, 1)))
+        decisions: list[float] = []
+        while env.tally.steps < trial.steps and not env.is_done:
+            began, steps = time.thread_time(), env.tally.steps
+            if not explorer.act():
+                break
+            decisions.append((time.thread_time() - began) * 1e3 if env.tally.steps > steps else math.nan)
+            if env.tally.steps == steps and len(decisions) > trial.steps:
+                break
+        return _episode(trial, env, decisions)
+    finally:
+        env.close()
+
+
+def _episode(trial: Trial, env: Recording, decisions: list[float]) -> Episode:
+    tally, points = env.tally, trial.steps // EVERY + 1
+    curve = [*env.curve, *[tally.coverage] * (points - len(env.curve))][:points]
+    median = float(np.nanmedian(decisions)) if decisions else 0.0
+    return Episode(
+        trial.explorer, trial.world, tally.coverage, tally.path, tally.steps * PERIOD, tally.collisions, dict(tally.marks), curve, median
+    )
