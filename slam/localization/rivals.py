@@ -102,6 +102,8 @@ class Rivals:
             rival
             for rival in self._all
             if rival.views >= VIEWS
+            and rival.place.explained >= explained  # one scan that favours it much does not outweigh the newest, that denies it
+            and rival.place.score - here.score >= least
             and rival.explained >= explained * rival.views
             and rival.lead >= least * rival.views
             and rival.gain >= gain[_near(rival.place.T_map_base, here.T_map_base)] * rival.views
