@@ -30,6 +30,8 @@ RECENT = 0.5
 """So long what has told of the pose counts [s]."""
 UNKNOWN = np.array([0.5, 0.2, 1.0])
 """Standard deviation of (v_x, v_y, omega) from node to node where nothing tells of the step [m/s, rad/s]."""
+SCALE = 0.03
+"""Error of a step of a few hundredths of a second, as a share of it: it is not random."""
 LEAST = 1e-8
 """Variance of any step [m^2, rad^2]."""
 
@@ -43,10 +45,12 @@ class Fusion:
     noise: MotionNoise = field(default_factory=MotionNoise)
     lag: float = 2.0
     """Length of the window [s]."""
-    spacing: float = 0.09
+    spacing: float = 0.05
     """Least time between two poses in it [s]."""
     loss: float = 3.0
     """Deviations at which a place that a sensor reports counts half."""
+    map_error: tuple[float, float, float] = (0.003, 0.003, 0.002)
+    """Standard deviation of what the lidar's map is wrong by at any one place: x, y [m], yaw [rad]; markers know that of their own."""
     drift: float = 0.001
     """Standard deviation by which the marker map drifts in the lidar's for a metre and a radian [m, rad]."""
 
@@ -159,7 +163,7 @@ class FusionPipeline:
         if lidar is not None:
             self._heard["lidar"] = lidar.stamp
             node, at = self._at_node(smoother, lidar)
-            smoother.place(node, at.T_map_base, at.covariance * shared)
+            smoother.place(node, at.T_map_base, (at.covariance + np.diag(np.square(self._settings.map_error))) * shared)
         markers = marker_place(self.visual, self._heard["markers"])
         if markers is not None:
             self._heard["markers"], self._markers = markers.stamp, self._markers + 1
@@ -172,12 +176,8 @@ class FusionPipeline:
         """The pose in the window that is nearest in time, and the place carried there."""
         node = min(smoother.stamps, key=lambda n: abs(smoother.stamps[n] - place.stamp))
         stamp = smoother.stamps[node]
-        if stamp >= place.stamp:
-            step, covariance = self._stepped(place.stamp, stamp)
-        else:
-            back, covariance = self._stepped(stamp, place.stamp)
-            step = back.inverse()
-        return node, place.carried(stamp, step, covariance)
+        step = self._stepped(place.stamp, stamp)[0] if stamp >= place.stamp else self._stepped(stamp, place.stamp)[0].inverse()
+        return node, place.carried(stamp, step, np.diag((SCALE * np.array([step.x, step.x, step.yaw])) ** 2))
 
     def _predicted(self, smoother: Smoother, stamp: float) -> SE2:
         """Where the smoother has the robot at a time [s]."""

@@ -24,7 +24,7 @@ class Found:
 
     pixels: FloatArray
     """(N, 2) column, row."""
-    descriptors: NDArray[np.uint8] | NDArray[np.float32]
+    descriptors: NDArray[np.uint8 | np.float32]
     """(N, D): bits are compared by Hamming's distance, numbers by Euclid's."""
     strengths: FloatArray
     """(N,) of whatever kind, larger is better."""
@@ -64,7 +64,7 @@ class Orb:
 
     def build(self) -> Extractor:
         """Make the extractor."""
-        return _OpenCv(cv2.ORB_create(self.count, fastThreshold=self.threshold), np.dtype(np.uint8), 32)
+        return _OpenCv(cv2.ORB.create(self.count, fastThreshold=self.threshold), np.dtype(np.uint8), 32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class Sift:
 
     def build(self) -> Extractor:
         """Make the extractor."""
-        return _OpenCv(cv2.SIFT_create(self.count, contrastThreshold=self.contrast), np.dtype(np.float32), 128)
+        return _OpenCv(cv2.SIFT.create(self.count, contrastThreshold=self.contrast), np.dtype(np.float32), 128)
 
 
 @dataclass(frozen=True, slots=True)

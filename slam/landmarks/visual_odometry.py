@@ -138,7 +138,7 @@ class _View:
         camera = self.image.colour_info
         return np.asarray((pixels[:, 1] - 0.5 * (camera.height - 1)) * camera.row_time, np.float64)
 
-    def contains(self, pixels: NDArray[np.floating]) -> NDArray[np.bool_]:
+    def contains(self, pixels: FloatArray) -> NDArray[np.bool_]:
         """(N,) which of pixels (N, 2) are in the image, away from its border."""
         height, width = self.grey.shape
         u, v = pixels[:, 0], pixels[:, 1]
@@ -227,8 +227,9 @@ class VisualTracker:
         flow, status, _ = cv2.calcOpticalFlowPyrLK(
             key.grey, view.grey, before, now, winSize=(side, side), maxLevel=levels, flags=cv2.OPTFLOW_USE_INITIAL_FLOW
         )
-        kept = np.flatnonzero((status.reshape(-1) == 1) & view.contains(flow))
-        return self._fitted(key, view, (there[kept], flow[kept].astype(np.float64)), (prediction, start))
+        pixels = np.asarray(flow, np.float64).reshape(-1, 2)
+        kept = np.flatnonzero((status.reshape(-1) == 1) & view.contains(pixels))
+        return self._fitted(key, view, (there[kept], pixels[kept]), (prediction, start))
 
     def _recognised(self, key: _Key, view: _View, prediction: Prediction) -> VisualStep | None:
         """The keyframe's points found by their descriptors, and then followed."""
@@ -248,7 +249,7 @@ class VisualTracker:
             reprojectionError=REACH / camera.K[0, 0],
             flags=cv2.SOLVEPNP_P3P,
         )
-        if not done or inliers is None or len(inliers) < s.least:
+        if not done or len(inliers) < s.least:
             return None
         T_camera_key = SE3(np.asarray(cv2.Rodrigues(turn)[0], np.float64), np.asarray(shift, np.float64).reshape(3))
         return self._followed(key, view, prediction, (SE3(*view.mount) @ T_camera_key).inverse())
@@ -275,7 +276,7 @@ class VisualTracker:
         return step
 
     def _unseen(self, prediction: Prediction, inliers: int = 0) -> VisualStep:
-        covariance = np.linalg.inv(prediction.information + np.eye(6) * LEAST)
+        covariance = np.asarray(np.linalg.inv(prediction.information + np.eye(6) * LEAST), np.float64)
         return VisualStep(self.number, prediction.T_key_base, covariance, np.zeros((6, 6)), inliers, False, False)
 
 

@@ -99,3 +99,37 @@ def test_the_same_frames_give_the_same_bits(drive: Drive) -> None:
     frames = drive.frames[:40]
     a, b = VisualSlam().build(SE2()), VisualSlam().build(SE2())
     assert [a.update(f).T_map_base for f in frames] == [b.update(f).T_map_base for f in frames]
+
+
+@pytest.fixture(scope="module")
+def bare() -> Drive:
+    return Course("aruco_room:markers=false,texture=brick", 4.0, 1, camera="raster").drive()
+
+
+def only_camera(frame: SensorFrame) -> SensorFrame:
+    return SensorFrame(frame.stamp, images=frame.images, available=frozenset({"images"}))
+
+
+def test_without_markers_and_wheels_the_camera_alone_tells_the_way(bare: Drive) -> None:
+    pipeline = VisualSlam().build(bare.start)
+    estimates = [pipeline.update(only_camera(frame)) for frame in bare.frames]
+    assert {estimate.sources for estimate in estimates[10:]} == {("visual odometry",)}
+    assert {estimate.status for estimate in estimates[10:]} == {Status.TRACKING}
+    assert max(off(estimate, bare)[0] for estimate in estimates) < 0.03
+    assert off(estimates[-1], bare)[0] < 0.02
+    assert len(pipeline.snapshot().trajectory) == sum(len(frame.images) for frame in bare.frames)
+
+
+def test_the_sources_are_named(drive: Drive, bare: Drive, mapped: tuple[list[Estimate], VisualSlamPipeline]) -> None:
+    pipeline = VisualSlam().build(bare.start)
+    assert "markers" in mapped[0][-1].sources
+    assert [pipeline.update(frame) for frame in bare.frames[:40]][-1].sources == ("visual odometry", "wheels", "gyro")
+
+
+def test_a_camera_that_sees_nothing_without_wheels_says_so(bare: Drive) -> None:
+    blank = spoilt(
+        tuple(map(only_camera, bare.frames[:50])), depth=np.full_like(next(i for f in bare.frames for i in f.images).depth, np.nan)
+    )
+    estimates = [estimate for pipeline in [VisualSlam().build(bare.start)] for estimate in map(pipeline.update, blank)]
+    assert estimates[-1].status == Status.DEGRADED
+    assert "enough texture" in estimates[-1].reason
