@@ -31,6 +31,7 @@ GROUPS = (
     "perfect_match",
     "camera",
     "markers",
+    "fusion",
     "people",
     "localizability",
     "global_localization",

@@ -28,6 +28,7 @@ from scripts.runs.record import ParticleHistory, RunRecord
 from sim.errors import SimError
 from slam.errors import SlamError
 from slam.evaluation.visibility import View
+from slam.fusion.pipeline import FusionPipeline
 from slam.landmarks.marker_map_file import write_aruco_map, write_marker_map
 from slam.mapping.visual_slam import VisualSlamPipeline
 from slam.messages import Trajectory
@@ -109,7 +110,7 @@ def _write(run: Assembly, log: RunLog) -> RunRecord:
 
 def _write_markers(run: Assembly) -> None:
     """Leave the marker map of a pipeline that has made one, ours and ArUco's."""
-    markers = run.pipeline.marker_map() if isinstance(run.pipeline, VisualSlamPipeline) else None
+    markers = run.pipeline.marker_map() if isinstance(run.pipeline, VisualSlamPipeline | FusionPipeline) else None
     if markers is not None and markers.markers and run.options.marker_map is None:
         write_marker_map(run.folder / "markers.yaml", markers)
         write_aruco_map(run.folder / "markers_aruco.yml", markers)

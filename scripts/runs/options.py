@@ -30,7 +30,8 @@ class RunOptions:
     pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
     """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only,
     `icp_odometry` lays each scan over the one before, the baseline; `lidar_slam` also closes loops,
-    `rbpf` is a particle filter over maps; `visual_slam` goes by markers, wheels and gyro and needs --camera or a recording with images.
+    `rbpf` is a particle filter over maps; `visual_slam` goes by markers, feature points, wheels and gyro and needs --camera or a recording with images;
+    `fusion` puts `lidar_slam` and `visual_slam` together.
     In a --map: `mcl` localises with particles, the baseline; `amcl` recovers, and is exact;
     `perfect_match` lays scans on wall segments; `localizability` leaves out the beams that people spoil."""
     params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None
@@ -68,8 +69,8 @@ class RunOptions:
     """Ray caster of the simulated lidar: grid is fast and needs no Embree, embree is its reference; bullet, of `sim` only, is slow."""
     camera: Annotated[str, arg(metavar="NAME|WHERE")] = "none"
     """What draws the images of the simulated RealSense D435: raster is fast, embree its slow reference, tiny and egl, of `sim` only,
-    are PyBullet's own; none: it is off, which is faster: only `visual_slam` looks at images. Of `ev3`: where the camera is, `usb`,
-    `usb:SERIAL`, or `tcp:HOST[:PORT]` for the one of `twin emulate`."""
+    are PyBullet's own; none: it is off, which is faster: only `visual_slam` and `fusion` look at images. Of `ev3`: where the camera
+    is, `usb`, `usb:SERIAL`, or `tcp:HOST[:PORT]` for the one of `twin emulate`."""
     ev3: Annotated[str, arg(metavar="WHERE")] = "usb"
     """Where the real robot's brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"

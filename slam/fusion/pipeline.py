@@ -14,6 +14,7 @@ import numpy as np
 from slam.errors import require_not_negative, require_positive
 from slam.fusion.places import LidarPlaces, Place, marker_place
 from slam.fusion.smoother import Smoother, library
+from slam.landmarks.marker_map import MarkerMap
 from slam.mapping.grid_mapper import FULL
 from slam.mapping.lidar_slam import LidarSlam
 from slam.mapping.submap_path import SubmapPath
@@ -24,6 +25,7 @@ from slam.motion.motion_noise import MotionNoise
 from slam.motion.scan_trajectory import ScanTrajectory
 from slam.motion.sensor_watch import SensorWatch
 from slam.se2 import SE2, FloatArray
+from slam.se3 import SE3
 from slam.snapshot import Snapshot
 
 RECENT = 0.5
@@ -105,6 +107,13 @@ class FusionPipeline:
         if self._finished and self._markers == 0 and len(self._scan_path):
             return shown  # polished: it knows more where the lidar alone told of places
         return replace(shown, trajectory=self._trajectory())
+
+    def marker_map(self) -> MarkerMap | None:
+        """The markers so far in the pipeline's map; None before the first image."""
+        found, smoother = self.visual.marker_map(), self._smoother
+        if found is None or smoother is None:
+            return None
+        return found.moved(SE3.from_se2(self._places.T_map_frame @ smoother.T_map_other))
 
     def finish(self) -> None:
         """Polish the maps."""
