@@ -30,8 +30,8 @@ class RunOptions:
     pipeline: Annotated[str, arg(metavar="NAME")] = "lidar"
     """Estimator: `lidar` matches every scan to the map, `odometry` goes by wheels and gyro only,
     `icp_odometry` lays each scan over the one before, the baseline; `lidar_slam` also closes loops,
-    `rbpf` is a particle filter over maps; `visual_slam` goes by markers, feature points, wheels and gyro and needs --camera or a recording with images;
-    `fusion` puts `lidar_slam` and `visual_slam` together.
+    `rbpf` is a particle filter over maps; `visual_slam` goes by markers, feature points, wheels and gyro and needs --camera
+    or a recording with images; `fusion` puts `lidar_slam` and `visual_slam` together.
     In a --map: `mcl` localises with particles, the baseline; `amcl` recovers, and is exact;
     `perfect_match` lays scans on wall segments; `localizability` leaves out the beams that people spoil."""
     params: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: those built in)")] = None

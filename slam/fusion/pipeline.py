@@ -149,12 +149,19 @@ class FusionPipeline:
     def _advance(self, smoother: Smoother, stamp: float, *, by_camera: bool) -> None:
         """Add a pose at a time [s], one step on."""
         newest, motion = smoother.stamps[smoother.newest], self.visual.motion
-        step, covariance = self._stepped(newest, stamp)
+        step, covariance = self._onward(stamp)
         if by_camera and motion.stamp == stamp:
             told, marked, self._marked = motion.told("fusion"), self._marked, stamp
             if told is not None and marked == newest:
                 step, covariance = told.step, np.asarray(np.linalg.inv(told.information), np.float64)
         smoother.step(stamp, step, covariance)
+
+    def _onward(self, stamp: float) -> tuple[SE2, FloatArray]:
+        """The step from the newest pose to a time [s], however long ago that was, and its covariance (3, 3)."""
+        if not self._ego.wheels_cover(stamp):
+            return self._ego.step(stamp), np.diag((UNKNOWN * max(self._ego.since(stamp), 0.0)) ** 2 + LEAST)
+        step = self.visual.motion.scales.corrected(self._ego.step(stamp))
+        return step, self._settings.noise.covariance(step) + np.eye(3) * LEAST
 
     def _stepped(self, start: float, end: float) -> tuple[SE2, FloatArray]:
         """The step between two times [s] by wheels and gyro, without them at the last velocity, and its covariance (3, 3)."""
@@ -203,13 +210,9 @@ class FusionPipeline:
             self._image_path.append(image, self._places.T_map_frame @ self._predicted(smoother, image))
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
-        pose, covariance = self._ego.at(frame.stamp), self._covariance
-        if self._smoother is not None:
-            step, grown = self._stepped(self._smoother.stamps[self._smoother.newest], frame.stamp)
-            T_frame_base = self._smoother.pose(self._smoother.newest)
-            pose, covariance = T_frame_base @ step, Place(0.0, T_frame_base, covariance).carried(0.0, step, grown).covariance
-            place = Place(0.0, pose, covariance).moved(self._places.T_map_frame)
-            pose, covariance = place.T_map_base, place.covariance
+        pose = self._smoother.pose(self._smoother.newest) if self._smoother else self._start
+        place = Place(frame.stamp, pose, self._covariance).carried(frame.stamp, *self._onward(frame.stamp)).moved(self._places.T_map_frame)
+        pose, covariance = place.T_map_base, place.covariance
         sources, reason = self._sources(frame), self._reason(frame)
         lost = not sources and self._smoother is not None
         reason = reason or ("nothing tells of the pose" if lost else "")

@@ -68,8 +68,8 @@ class LidarPlaces:
             predicted: where the robot is in the frame at a time.
             stepped: what it has moved between two times.
         """
-        lidar = self._lidar
-        if stamp == -math.inf or len(lidar.submaps) == 0 or lidar.front.match is None or lidar.front.trouble:
+        lidar, again = self._lidar, self._last is not None and stamp <= self._last[0]
+        if stamp == -math.inf or again or len(lidar.submaps) == 0 or lidar.front.match is None or lidar.front.trouble:
             return None
         T_map_submap = lidar.submaps[lidar.current].T_map_submap
         T_map_base = T_map_submap @ lidar.front.T_local_base
