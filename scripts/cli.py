@@ -21,7 +21,8 @@ from slam.errors import SlamError
 from worlds.errors import WorldError
 
 VERBS = (
-    "demo", "run", "compare", "experiment", "evaluate", "worlds", "convert", "icp", "print", "emulate", "teleop", "doctor", "calibrate", "bench",
+    "demo", "run", "compare", "experiment", "evaluate", "worlds", "convert", "icp", "print",
+    "emulate", "doctor", "install", "teleop", "calibrate", "bench",
 )  # fmt: skip
 EXPECTED = (HardwareError, OutputError, SimError, SlamError, UsageError, WorldError)
 

@@ -11,17 +11,18 @@ import tty
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
 
-from hardware.hal import Recorded, Robot
+from hardware.hal import Recorded, Resettable, Robot
 from hardware.recorder import Recorder
 from hardware.urdf import urdf
 from scripts.errors import UsageError
 from scripts.options import OptionalFile, parse
 from scripts.runs.body import is_twin, make_robot
-from scripts.runs.files import make_folder
+from scripts.runs.files import OutputError
 from scripts.runs.interruption import interruptible
 from scripts.runs.options import RunOptions
 from slam.messages import Twist
@@ -31,7 +32,10 @@ PERIOD = 0.05
 """Between two commands [s]."""
 HOLD = 0.6
 """A key counts for so long: until the terminal repeats it [s]. Then the robot is told to stop."""
-KEYS = {"w": (1, 0), "s": (-1, 0), "a": (0, 1), "d": (0, -1), "q": (1, 1), "e": (1, -1), "A": (1, 0), "B": (-1, 0), "D": (0, 1), "C": (0, -1)}
+KEYS = {
+    **{"w": (1, 0), "s": (-1, 0), "a": (0, 1), "d": (0, -1), "q": (1, 1), "e": (1, -1)},
+    **{"A": (1, 0), "B": (-1, 0), "D": (0, 1), "C": (0, -1)},
+}
 """Key, or last letter of an arrow's sequence -> forward and turn. Arrows are told from capital letters by the escape before them."""
 LEAVE = "\x03\x04x"
 
@@ -77,7 +81,7 @@ def main(argv: list[str]) -> int:
         stack.enter_context(robot)
         recorder = None
         if options.record is not None:
-            recorder = stack.enter_context(Recorder(robot, make_folder(options.record), urdf(robot.spec)))
+            recorder = stack.enter_context(Recorder(robot, _made(options.record), urdf(robot.spec)))
         keys = stack.enter_context(keyboard())
         print("w s a d or arrows: drive, hold the key; space: stop; x: leave\r", flush=True)
         while not stopped() and keys.listen(PERIOD):
@@ -87,8 +91,16 @@ def main(argv: list[str]) -> int:
     return 0
 
 
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(folder, error) from error
+    return folder
+
+
 def _step(robot: Robot, twist: Twist) -> None:
-    robot.clock.sleep_until(robot.clock.now() + PERIOD if hasattr(robot, "reset") else robot.clock.now())
+    robot.clock.sleep_until(robot.clock.now() + PERIOD if isinstance(robot, Resettable) else robot.clock.now())
     robot.read()
     told, health = robot.drive(twist), robot.health()
     state = "" if health.link else "  LINK LOST"

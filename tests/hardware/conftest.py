@@ -1,6 +1,5 @@
 """A body that reports what a test tells it to: the real replay over readings in memory."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -63,44 +62,3 @@ def make_body() -> Callable[..., ReplayRobot]:
         return ReplayRobot(MemoryLog(drive_about(3.0) if events is None else events, spec or RobotSpec()))
 
     return make
-
-
-class Rollers:
-    """What an emulated brick can be built into without any physics: motors that run as they are told, at once."""
-
-    def __init__(self) -> None:
-        self.angles = [0.0] * 4
-        self.percents = [0] * 4
-        self.since = [self.now()] * 4
-        self.volts = 7.9
-        self.rate_deg = 0.0
-        self.jammed = False
-        self.plugged = {3: 32}
-
-    def now(self) -> float:
-        return time.monotonic()
-
-    def angle_deg(self, output: int) -> float:
-        elapsed = self.now() - self.since[output]
-        return self.angles[output] + (0.0 if self.jammed else self.percents[output] * 10.07 * elapsed)
-
-    def turn(self, output: int, percent: int) -> None:
-        self.angles[output], self.since[output] = self.angle_deg(output), self.now()
-        self.percents[output] = percent
-
-    def release(self, output: int) -> None:
-        self.turn(output, 0)
-
-    def sensors(self) -> dict[int, int]:
-        return self.plugged
-
-    def sense(self, number: int, mode: int) -> tuple[float, ...]:
-        return (self.rate_deg if mode == 1 else 0.0,)
-
-    def battery(self) -> tuple[float, float]:
-        return self.volts, 0.2
-
-
-@pytest.fixture
-def rollers() -> Rollers:
-    return Rollers()
