@@ -1,8 +1,8 @@
 #!/bin/sh
-# Make .venv with Python 3.11 if it is missing or out of date, and install the project into it: sh scripts/setup.sh [EXTRA]
+# Make .venv with Python 3.11 if it is missing or out of date, and install the project into it: sh scripts/setup.sh [EXTRA]; without one the simulation's
 set -eu
 cd "$(dirname "$0")/.."
-extra=${1:-}
+extra=${1:-sim}
 
 if [ ! -x .venv/bin/python ]; then
     python=

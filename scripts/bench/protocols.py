@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hardware.protocols import ev3_codes, ev3_direct, scip, scip_sweep
+from hardware.protocols import camera_frames, ev3_codes, ev3_direct, scip, scip_sweep
+from hardware.protocols.camera_frames import Pair
 from hardware.protocols.errors import ProtocolError
 from hardware.protocols.ev3_codes import Instruction, Variable
 from hardware.protocols.scip import Replies, Reply
@@ -26,17 +27,23 @@ def run(smoke: bool) -> list[Row]:
     request = ev3_direct.command(7, *counts, global_bytes=16)
     reply = ev3_direct.Reply(7, bytes(range(16))).pack()
     scan = Reply("MD0044072501000", scip.DATA, scip_sweep.sweep_lines(Sweep(5, np.arange(682) + 20), 3)).pack()
+    pair = camera_frames.pack_pair(Pair(3, 1, 2, np.zeros((8, 8, 3), np.uint8), np.ones((8, 8), np.uint16)))
     decoders: dict[str, tuple[bytes, Callable[[bytes], object]]] = {
         "EV3 request": (request, lambda raw: ev3_codes.decode(ev3_direct.parse_request(raw).codes)),
         "EV3 reply": (reply, ev3_direct.parse_reply),
         "EV3 stream": (reply, lambda raw: ev3_direct.Messages().feed(raw)),
         "SCIP scan": (scan, _scans),
+        "camera pair": (pair, _pairs),
     }
     return [row for name, (good, decode) in decoders.items() for row in _rows(name, good, decode, frames)]
 
 
 def _scans(raw: bytes) -> list[Sweep]:
     return [scip_sweep.parse_sweep(reply, 3, 682) for reply in Replies().feed(raw)]
+
+
+def _pairs(raw: bytes) -> list[Pair]:
+    return [camera_frames.parse_pair(body) for kind, body in camera_frames.Messages().feed(raw) if kind == camera_frames.Kind.PAIR]
 
 
 def _rows(name: str, good: bytes, decode: Callable[[bytes], object], frames: int) -> list[Row]:

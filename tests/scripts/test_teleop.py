@@ -74,7 +74,6 @@ def test_keys_drive_silence_stops_and_x_leaves_a_recording(terminal, tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [([], "start it in a terminal"), (["--speed", "x"], "--speed must be a number")])
-def test_mistakes_are_one_line(capsys, monkeypatch, arguments, words):
-    monkeypatch.setattr(sys, "stdin", open(os.devnull))  # noqa: SIM115
+def test_mistakes_are_one_line(capsys, arguments, words):
     assert main(["teleop", *arguments]) == 2
     assert words in capsys.readouterr().err
