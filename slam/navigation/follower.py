@@ -75,8 +75,6 @@ class PathFollower:
         self._turning = False
         self._stamp = -math.inf
         self._twist = Twist()
-        self.blocked = False
-        """The last command was a stop because something stands in the way."""
 
     @property
     def left(self) -> float:
@@ -122,12 +120,10 @@ class PathFollower:
         bearing = math.atan2(y, x)
         self._turning = abs(bearing) > s.turn[1 if self._turning else 0]
         if self._turning:
-            self.blocked = False
             return self.face(bearing, stamp)
         wanted = self._pursuit(x, y, room)
         near = T_map_base.inverse().transform(hits[np.hypot(*(hits - base).T) < NEAR])
         safe = next((twist for share in SHARES if self._is_free(twist := Twist(share * wanted.v, share * wanted.omega), near)), None)
-        self.blocked = safe is None
         return self._eased(safe or Twist(), stamp)
 
     def _pursuit(self, x: float, y: float, room: float) -> Twist:

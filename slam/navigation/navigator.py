@@ -42,12 +42,12 @@ class Navigation:
     """Between two plans [s]; a jump of the map asks for one at once."""
     jump: float = 0.05
     """Correction of the map that is a jump [m]."""
-    patience: float = 4.0
-    """Time without a way or without progress after which the robot helps itself: it backs up, then turns about [s]."""
+    patience: float = 5.0
+    """Time without progress after which the robot helps itself: it backs up, then turns about [s]."""
     helps: int = 2
     """How often it does so before it gives the goal up."""
-    progress: float = 0.1
-    """What the way must have become shorter by to be progress [m]."""
+    progress: float = 0.3
+    """How far the robot must have got to have made progress [m]."""
     back_speed: float = 0.08
     """[m/s]"""
     back_way: float = 0.15
@@ -78,7 +78,7 @@ class Navigator:
         """[m] in the map."""
         self.progress = Progress.RESTING
         self._heading: float | None = None  # to be faced at the goal [rad]
-        self._shortest, self._since = math.inf, 0.0  # way left [m], and when it last became shorter
+        self._anchor, self._since = SE2(), 0.0  # where there was progress last, and when
         self._helps = 0
         self._help: tuple[float, float] | None = None  # end of backing up, end of the turn [s]
         self._has_way = False
@@ -107,9 +107,7 @@ class Navigator:
         """Take in what is known; returns whether there are new ways."""
         self._around.hear(frame, estimate)
         self._pose, self._stamp = estimate.T_map_base, frame.stamp
-        moved = estimate.T_map_odom.inverse() @ self._T_map_odom
-        jumped = math.hypot(moved.x, moved.y) > self._settings.jump and frame.stamp - self._planned > 0.2
-        if not frame.scans or not (jumped or frame.stamp - self._planned >= self._settings.period):
+        if not frame.scans or not (self._jumped(estimate) or frame.stamp - self._planned >= self._settings.period):
             return False
         self._T_map_odom, self._planned = estimate.T_map_odom, frame.stamp
         costmap = Costmap.of(snapshot.map, self._settings.inflation, snapshot.trajectory, self._around.hits(), self.goal)
@@ -118,12 +116,12 @@ class Navigator:
         return True
 
     def go(self, goal: Point, heading: float | None = None) -> None:
-        """Drive to a place [m] in the map and face a heading there [rad]; the same goal again changes nothing."""
-        if goal == self.goal and self.progress is Progress.DRIVING:
-            return
-        self.goal, self._heading, self.progress = goal, heading, Progress.DRIVING
-        self._shortest, self._since, self._helps, self._help = math.inf, self._stamp, 0, None
-        self._replan()
+        """Drive to a place [m] in the map and face a heading there [rad]; a new goal on the way is no progress by itself."""
+        if self.progress is not Progress.DRIVING:
+            self._anchor, self._since, self._helps, self._help = self._pose, self._stamp, 0, None
+        if goal != self.goal or self.progress is not Progress.DRIVING:
+            self.goal, self._heading, self.progress = goal, heading, Progress.DRIVING
+            self._replan()
 
     def stop(self) -> None:
         """Have no goal any more."""
@@ -149,6 +147,12 @@ class Navigator:
         self._watch()
         return twist
 
+    def _jumped(self, estimate: Estimate) -> bool:
+        """Whether the map was corrected since the last plan: the pose is not where odometry leads from there."""
+        T_odom_base = estimate.T_map_odom.inverse() @ estimate.T_map_base
+        off = (self._T_map_odom @ T_odom_base).inverse() @ estimate.T_map_base
+        return math.hypot(off.x, off.y) > self._settings.jump
+
     def _replan(self) -> None:
         self._has_way = False
         if self.ways is None or self.goal is None:
@@ -168,12 +172,11 @@ class Navigator:
 
     def _watch(self) -> None:
         """Help, or give up, when there has been no progress for long."""
-        left = self._follower.left if self._has_way else math.inf
-        if left < self._shortest - self._settings.progress:
-            self._shortest, self._since = left, self._stamp
+        if math.hypot(self._pose.x - self._anchor.x, self._pose.y - self._anchor.y) > self._settings.progress:
+            self._anchor, self._since, self._helps = self._pose, self._stamp, 0
         if self._stamp - self._since < self._settings.patience:
             return
-        self._shortest, self._since = math.inf, self._stamp
+        self._since = self._stamp
         self._helps += 1
         if self._helps > self._settings.helps:
             self.progress = Progress.FAILED
