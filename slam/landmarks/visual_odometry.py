@@ -39,6 +39,8 @@ REACH = 4.0
 DOUBT = 3.0
 LEAST = 1e-6
 """Information of what nothing is known of [1/m^2, 1/rad^2]."""
+VAGUE = 1.0
+"""Information of any prediction: the robot is within some metres and turns [1/m^2, 1/rad^2]."""
 MEDIAN = 1.386
 """Of a chi-square of two numbers."""
 WORST = 25.0
@@ -260,14 +262,14 @@ class VisualTracker:
         if len(rows) < s.least:
             return self._unseen(prediction)
         camera, mean, trust = view.image.colour_info, prediction.T_key_base, SHARED * self._scale
-        floor = np.diag([0.0, 0.0, 1.0, 1.0, 1.0, 0.0]) / s.tilt**2
+        floor = np.diag([0.0, 0.0, 1.0, 1.0, 1.0, 0.0]) / s.tilt**2 + np.eye(6) * VAGUE
         seen = key.points[rows], key.errors[rows], rays_of(pixels, lens_of(camera)), view.delays(pixels)
         prior = (mean.R.copy(), mean.t.copy()), (prediction.information + floor) * trust
         noise = s.pixel / float(np.sqrt(camera.K[0, 0] * camera.K[1, 1])), LOSS * self._scale
         R, t, H, chi = refine((start.R.copy(), start.t.copy()), seen, (*view.mount, view.twist), prior, noise)
         T, fits = SE3(R, t), chi < FITS * self._scale
         inliers, information = int(fits.sum()), (0.5 / trust) * (H + H.T)
-        covariance = np.linalg.inv(information + prediction.information + floor + np.eye(6) * LEAST)
+        covariance = np.linalg.inv(information + prediction.information + floor)
         step = VisualStep(self.number, T, 0.5 * (covariance + covariance.T), information, inliers, True, False)
         if inliers < s.least or 2 * inliers < len(rows) or _surprise(step, prediction) > SURPRISE:
             return self._unseen(prediction, inliers)
