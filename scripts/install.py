@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from hardware.brick import ev3dev_server
+from hardware.drivers import ev3dev_server
 from hardware.drivers.errors import LinkError
 from scripts.errors import UsageError
 from scripts.options import parse

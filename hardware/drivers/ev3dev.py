@@ -1,4 +1,4 @@
-"""The EV3 with ev3dev: talks to `hardware.brick.ev3dev_server`, which runs on the brick."""
+"""The EV3 with ev3dev: talks to `hardware.drivers.ev3dev_server`, which runs on the brick."""
 
 from __future__ import annotations
 

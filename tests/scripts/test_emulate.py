@@ -47,7 +47,7 @@ def test_an_address_that_is_none_is_an_error(address):
         (["run", "--robot", "ev3", "--ev3", "tcp:127.0.0.1:9", "--lidar", "tcp:127.0.0.1:9"], "cannot connect"),
         (["run", "--robot", "ev3", "--camera", "raster"], "write usb"),
         (["emulate", "--duration", "-1"], "positive number"),
-        (["emulate", "--camera", "somewhere/camera", "--ev3", "tcp:127.0.0.1:0"], "tcp:HOST:PORT or none"),
+        (["emulate", "--camera", "camera.pty", "--ev3", "tcp:127.0.0.1:0"], "tcp:HOST:PORT or none"),
         (["emulate", "--world", "nowhere", "--ev3", "tcp:127.0.0.1:0"], "nowhere"),
     ],
 )

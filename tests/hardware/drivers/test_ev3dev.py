@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.brick import ev3dev_server
 from hardware.bricks import make_brick
+from hardware.drivers import ev3dev_server
 from hardware.drivers.brick_driver import Ev3Ports
 from hardware.drivers.errors import DeviceError, LinkError
 from hardware.emulators.ev3dev_tree import Ev3devTree
