@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from worlds.apartment import connected_rooms, split_rooms
 from worlds.floor_plan import Opening, Room, walls_of
@@ -45,7 +46,7 @@ def bare_building(name: str, rooms: list[Room], openings: list[Opening], seed: i
     return World(name, walls, start, f"{len(rooms)} rooms, seed {seed}", boxes=tuple(boxes))
 
 
-def _clear_of(discs: FloatArray, gaps: FloatArray) -> FloatArray:
+def _clear_of(discs: FloatArray, gaps: FloatArray) -> NDArray[np.bool_]:
     """Which discs (K, 3) leave every gap free, (K,)."""
     apart = np.linalg.norm(discs[:, None, :2] - gaps, axis=2) - discs[:, 2:]
     return np.all(apart >= 0.9, axis=1)

@@ -6,6 +6,7 @@ import functools
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -83,16 +84,15 @@ def _all_of(split: str) -> tuple[MapName, ...]:
 
 def digest(world: World) -> str:
     """What pins a world: of its numbers in the order of its fields, to the millimetre and the milliradian."""
-    content = msgspec.to_builtins(world)
-    return hashlib.sha256(repr(_rounded(content)).encode()).hexdigest()[:DIGITS]
+    return hashlib.sha256(repr(_rounded(msgspec.to_builtins(world))).encode()).hexdigest()[:DIGITS]
 
 
-def _rounded(value: object) -> object:
+def _rounded(value: Any) -> object:  # noqa: ANN401 (what msgspec makes of a struct)
     if isinstance(value, float):
         return round(value, 3) + 0.0
     if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    return [_rounded(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: _rounded(item) for key, item in cast("dict[str, Any]", value).items()}
+    return [_rounded(item) for item in cast("list[Any]", value)] if isinstance(value, list | tuple) else value
 
 
 @functools.cache

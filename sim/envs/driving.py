@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.envs.explore import ExploreEnv
+from sim.envs.body import Body
 from sim.envs.map_kernel import CELL, FREEST, HALF
 from sim.envs.native import BEAMS, FIELD, PERIOD
+from sim.envs.tally import Tally
 from slam.grid import LOG_ODDS_LIMIT, GridGeometry, OccupancyGrid
 from slam.messages import Trajectory, Twist
 from slam.navigation.costmap import Costmap, Inflation
@@ -25,10 +27,35 @@ TURN_STEPS = 30
 """Steps for which a robot turns at a viewpoint, at most."""
 FACING = 0.3
 """Bearing within which the robot faces a place [rad]."""
+HOME, HOME_TRIES = 0.2, 60
+"""So near to its start the robot is at home [m]; looks at the map, and steps of the turn there, before it gives up."""
 MARGIN = 4
 """Cells around what is known."""
 LASER_X = 0.03
 """Of the lidar in base [m]."""
+
+
+class Driven(Protocol):
+    """What can be driven: an `ExploreEnv`."""
+
+    @property
+    def body(self) -> Body:
+        """The robot."""
+        ...
+
+    @property
+    def tally(self) -> Tally:
+        """What the episode has come to."""
+        ...
+
+    @property
+    def is_done(self) -> bool:
+        """Whether to stop."""
+        ...
+
+    def advance(self, twist: Twist) -> float:
+        """Drive on for a step; returns its reward."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +69,7 @@ class Driving:
     horizon: int = HORIZON
     """Steps after which a drive is looked at anew."""
 
-    def build(self, env: ExploreEnv) -> Driver:
+    def build(self, env: Driven) -> Driver:
         """Make the driver of an environment."""
         return Driver(self, env)
 
@@ -50,7 +77,7 @@ class Driving:
 class Driver:
     """Sees frontiers and drives to them; what it is rewarded it adds up."""
 
-    def __init__(self, settings: Driving, env: ExploreEnv) -> None:
+    def __init__(self, settings: Driving, env: Driven) -> None:
         self._settings, self._env = settings, env
         self._follower = settings.follower.build()
         self._been = [env.body.sight.pose[0].copy()]
@@ -123,6 +150,24 @@ class Driver:
         angles = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
         points = np.column_stack([LASER_X + scan * np.cos(angles), scan * np.sin(angles)])
         return self.pose.transform(points[(scan > 0.0) & (scan < 5.5)])
+
+
+def drive_home(env: Driven) -> bool:
+    """Drive to where the episode began, and look the same way; whether that has been reached."""
+    driver = Driving().build(env)
+    for _ in range(HOME_TRIES):
+        if math.hypot(driver.pose.x, driver.pose.y) < HOME:
+            break
+        driver.look()
+        driver.drive_to((0.0, 0.0))
+    x, y = driver.pose.x, driver.pose.y
+    if math.hypot(x, y) >= HOME:
+        return False
+    for _ in range(HOME_TRIES):
+        if abs(driver.pose.yaw) < FACING:
+            return True
+        env.advance(Twist(0.0, -math.copysign(0.8, driver.pose.yaw)))
+    return False
 
 
 def known_grid(cells: NDArray[np.uint8]) -> OccupancyGrid:

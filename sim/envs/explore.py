@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hardware.spec import DriveSpec, LidarSpec
 from sim.envs.body import Body, NativeBody
+from sim.envs.driving import drive_home
 from sim.envs.hal_body import HalBody
 from sim.envs.map_kernel import VIEW
 from sim.envs.native import BEAMS, PERIOD
@@ -95,6 +96,8 @@ class ExploreEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """
         super().reset(seed=seed)
         real = self.task.robot == "ev3"
+        if isinstance(self._body, HalBody) and self._body.is_running and self.task.home == "drive" and real:
+            self._body.is_home = drive_home(self)
         self._site = None if real else self.task.site(self.np_random, (options or {}).get("world", ""))
         noise = int(self.np_random.integers(1 << 31))
         self._body.start(self._site, noise)

@@ -35,14 +35,10 @@ class ExploreFrontierEnv(gymnasium.Env[Observation, np.int64]):
         self._driver: Driver = Driving().build(self._inner)
         self._choices: Sequence[Frontier] = ()
         self._made = 0
-        row = np.array([FARTHEST, 1, 1, LONGEST, MOST], np.float32)
-        self.observation_space = spaces.Dict(
-            {
-                **self._inner.observation_space.spaces,
-                "frontiers": spaces.Box(np.tile(row * [0, -1, -1, 0, 0], (CHOICES, 1)).astype(np.float32), np.tile(row, (CHOICES, 1))),
-                "action_mask": spaces.MultiBinary(CHOICES),
-            }
-        )
+        high = np.tile(np.array([FARTHEST, 1, 1, LONGEST, MOST], np.float32), CHOICES)
+        low = np.tile(np.array([0, -1, -1, 0, 0], np.float32), CHOICES)
+        own = {"frontiers": spaces.Box(low, high), "action_mask": spaces.MultiBinary(CHOICES)}
+        self.observation_space = spaces.Dict({**self._inner.observation_space.spaces, **own})
         self.action_space = spaces.Discrete(CHOICES)
 
     @property
@@ -102,7 +98,7 @@ class ExploreFrontierEnv(gymnasium.Env[Observation, np.int64]):
                 min(frontier.gain, MOST),
             )
         time = np.array([max(1.0 - self._made / self._inner.task.steps, 0.0)], np.float32)
-        return {**observation, "time": time, "frontiers": rows, "action_mask": self.action_masks().astype(np.int8)}
+        return {**observation, "time": time, "frontiers": rows.reshape(-1), "action_mask": self.action_masks().astype(np.int8)}
 
     def _with_mask(self, info: dict[str, Any]) -> dict[str, Any]:
         return {**info, "action_mask": self.action_masks().astype(np.int8)}

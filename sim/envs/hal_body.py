@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Callable
 from typing import Any
@@ -24,8 +23,6 @@ from sim.ground_truth import GroundTruth, ground_truth
 from slam.grid import FREE, OCCUPIED, OccupancyGrid
 from slam.messages import LaserScan, Twist
 
-logger = logging.getLogger(__name__)
-
 PROMPT = "Put the robot where it shall start, and press Enter. "
 
 
@@ -40,6 +37,8 @@ class HalBody:
         self._steps, self._began = 0, 0.0
         self._episodes = 0
         self.sight = Sight.empty(1)
+        self.is_home = False
+        """A real robot is where its next episode begins: nobody needs to put it there."""
         self.image: NDArray[np.uint8] | None = None
         """The newest colour image (H, W, 3)."""
 
@@ -52,6 +51,11 @@ class HalBody:
     def true_way(self) -> NDArray[np.float64] | None:
         """See `Body`."""
         return None if self._truth is None else self._truth.pose(self.robot.clock.now()).as_array()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether a robot is open."""
+        return self._robot is not None
 
     @property
     def robot(self) -> Robot:
@@ -90,9 +94,10 @@ class HalBody:
 
     def _open(self, site: Site | None, seed: int) -> None:
         """A fresh twin, or the real robot at its start."""
+        options: dict[str, Any]
         if site is not None:
             self.close()
-            options: dict[str, Any] = {"world": site.text, "seed": seed, "realism": self._task.realism}
+            options = {"world": site.text, "seed": seed, "realism": self._task.realism}
             if self._task.robot == "kinematic":
                 options["spec"] = quick_spec()
             if self._camera:
@@ -104,13 +109,14 @@ class HalBody:
             self._truth = ground_truth(self._robot)
             return
         if self._robot is None:
-            self._robot = backend_class("ev3")(ev3=self._task.ev3, lidar=self._task.lidar).build()
+            options = {"ev3": self._task.ev3, "lidar": self._task.lidar}
+            self._robot = backend_class("ev3")(**options).build()
             self._robot.open()
         self._robot.drive(Twist())
-        if self._episodes:
+        if self._episodes and not self.is_home:
             self._operator(PROMPT)
-            self._robot.read()
-        self._episodes += 1
+        self._robot.read()
+        self._episodes, self.is_home = self._episodes + 1, False
 
     def _locator(self, site: Site | None) -> Locating:
         if self._task.pose == "truth":

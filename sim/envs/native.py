@@ -34,11 +34,11 @@ FIELD = math.radians(240.0)
 
 
 def quick_spec() -> RobotSpec:
-    """The robot with 181 beams over the lidar's whole field, in the same time, and no camera."""
+    """The robot with 181 beams over the lidar's whole field, in the same time."""
     lidar = LidarSpec()
     sweep = (lidar.beams - 1) * lidar.time_increment / (BEAMS - 1)
     beams = replace(lidar, beams=BEAMS, angle_min=-0.5 * FIELD, angle_increment=FIELD / (BEAMS - 1), time_increment=sweep)
-    return replace(RobotSpec(), lidar=beams, camera=None)
+    return replace(RobotSpec(), lidar=beams)
 
 
 def acting_time(steps: int) -> float:

@@ -74,9 +74,10 @@ def step(
     for i in range(first, last):
         count = STEPS if times[0][i] >= 0 else FIRST_STEPS
         times[0][i] += 1
+        at = int(times[0][i])
         _drive(_walls(worlds, i, device), (robots[0][i], robots[1][i], robots[2][i]), device, count)
         robots[3][i] += count
-        ranges, begin, end = _sweep(worlds, robots, device, i, times[1][times[0][i]])
+        ranges, begin, end = _sweep(worlds, robots, device, i, float(times[1][at]))
         T_map_world = rolling_kernel.inverse((worlds[9][i, 0], worlds[9][i, 1], worlds[9][i, 2]))
         mount, angles = device[2][1], device[2][0]
         poses = (
@@ -85,7 +86,7 @@ def step(
         )
         chart = charts[0][i], charts[1][i], charts[2][i], charts[3][i]
         sights[4][i] = map_kernel.insert(chart, (ranges, angles), poses, device[0][4])
-        pose = rolling_kernel.compose(T_map_world, _pose_at(robots[2][i], robots[3][i], times[2][times[0][i]]))
+        pose = rolling_kernel.compose(T_map_world, _pose_at(robots[2][i], robots[3][i], float(times[2][at])))
         look(chart, (ranges, device[0][4]), pose, (sights[0][i], sights[1][i], sights[2][i], sights[3][i]))
         sights[5][i] = touches(_walls(worlds, i, device), robots[0][i, X], robots[0][i, X + 1], robots[0][i, ROOM])
 
