@@ -163,6 +163,8 @@ class Estimate:
     """Why the status is not `tracking`: the sensor that is silent, the axis that is weak."""
     sources: tuple[str, ...] = ()
     """What the pose goes by at this moment, where the pipeline has a choice: `markers`, `visual odometry`, `wheels`, `gyro`, `lidar`."""
+    T_map_camera: SE3 | None = None
+    """Pose of the colour camera in space, from pipelines that locate it."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariance", read_only(self.covariance))

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.errors import ParameterError
+from slam.landmarks.camera_location import locate_camera
 from slam.landmarks.marker_bundle import Prior, inverse
 from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings, Told
 from slam.landmarks.marker_location import Location
@@ -27,6 +29,7 @@ from slam.motion.scan_trajectory import ScanTrajectory
 from slam.motion.sensor_watch import SensorWatch
 from slam.scans import Unveil
 from slam.se2 import SE2
+from slam.se3 import SE3
 from slam.snapshot import Snapshot
 
 EXACT = np.eye(3) * 1e-10
@@ -69,6 +72,8 @@ class VisualSlam:
     graph: MarkerGraphSettings = field(default_factory=MarkerGraphSettings)
     marker_map: str = ""
     """File of a marker map to localise in; none: the map is made."""
+    planar: bool = True
+    """Whether the robot stands flat on the floor; if not, the camera is located in space, which only a given marker map allows."""
     noise: MotionNoise = field(default_factory=MotionNoise)
     keyframes: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.08, 0.1))
     """Images that enter the marker map."""
@@ -82,7 +87,10 @@ class VisualSlam:
 
         Raises:
             MarkerMapError: the marker map cannot be read, or is of another dictionary.
+            ParameterError: without a marker map the robot must be flat on the floor.
         """
+        if not (self.planar or self.marker_map):
+            raise ParameterError(self, "planar", "true while a marker map is made; a marker map to localise in allows false")
         given = read_marker_map(Path(self.marker_map)) if self.marker_map else None
         if given is not None:
             given.require_dictionary([family.dictionary for family in self.markers.families])
@@ -104,6 +112,7 @@ class VisualSlamPipeline:
         self._lost = given is not None and T_map_base is None
         self._keyframe: SE2 | None = None
         self._T_odom_keyframe = SE2()
+        self._mount = SE3()  # T_base_camera, with what base does not know of the camera's height and tilt
         self._scan: SE2 | None = None
         self._image: RgbdImage | None = None
         self._complaint = ""
@@ -183,9 +192,7 @@ class VisualSlamPipeline:
         known, self._fitting = graph.known.known(sightings), 0
         if not known:
             return list(sightings)
-        found = None if self._lost else graph.known.locate(known, _prior(self.motion))
-        if found is None or not found.believable:
-            found = self._relocated(graph, known) or found
+        found = self._near(graph, known) if self._settings.planar else self._in_space(graph, known)
         if found is None:
             return list(sightings)
         if found.believable:
@@ -197,6 +204,20 @@ class VisualSlamPipeline:
                 self._alarmed[marker] = stamp
         misfits = {s.id for s, fits in zip(known, found.fits.tolist(), strict=True) if not fits}
         return [s for s in sightings if s.id not in misfits]
+
+    def _near(self, graph: MarkerGraph, known: list[Sighting]) -> Location | None:
+        """The pose on the floor near the one that odometry leads to, else anywhere."""
+        found = None if self._lost else graph.known.locate(known, _prior(self.motion))
+        return found if found is not None and found.believable else self._relocated(graph, known) or found
+
+    def _in_space(self, graph: MarkerGraph, known: list[Sighting]) -> Location | None:
+        """The pose below the camera, wherever that is; between images it moves along as on a floor."""
+        found = locate_camera(graph.known, known, None if self._lost else SE3.from_se2(self.motion.T_map_base) @ self._mount)
+        if found is None:
+            return None
+        location = found.on_the_floor(graph.known.mount)
+        self._mount = SE3.from_se2(location.T_map_base).inverse() @ found.T_map_camera
+        return location
 
     def _relocated(self, graph: MarkerGraph, known: list[Sighting]) -> Location | None:
         found = graph.known.relocate(known)
@@ -219,7 +240,7 @@ class VisualSlamPipeline:
             graph.known.mount = self._given.T_base_camera or graph.known.mount
             for marker in self._given.markers.values():
                 graph.known.put(marker.id, marker.T_map_marker, marker.covariance)
-        self._graph = graph
+        self._graph, self._mount = graph, graph.known.mount
         return graph
 
     def _estimate(self, frame: SensorFrame) -> Estimate:
@@ -227,9 +248,10 @@ class VisualSlamPipeline:
         reason = self._reason(frame)
         status = Status.LOST if self._lost else Status.DEGRADED if reason else Status.TRACKING
         reason = "no known marker seen yet" if self._lost else reason
-        T_map_odom = pose @ self.motion.ego.motion.wheels.inverse()
-        health = 0.0 if self._lost else 1.0
-        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason, self._sources(frame))
+        known = self._graph is not None and not self._lost
+        camera = SE3.from_se2(pose) @ (self._graph.known.mount if self._graph and self._settings.planar else self._mount) if known else None
+        T_map_odom, health = pose @ self.motion.ego.motion.wheels.inverse(), 0.0 if self._lost else 1.0
+        return Estimate(frame.stamp, pose, T_map_odom, covariance, status, health, reason, self._sources(frame), camera)
 
     def _sources(self, frame: SensorFrame) -> tuple[str, ...]:
         recent, motion = frame.stamp - RECENT, self.motion

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from scripts.experiments.drive import Course, Drive
+from slam.errors import ParameterError
 from slam.landmarks.marker_map_file import write_marker_map
 from slam.mapping.visual_slam import VisualSlam, VisualSlamPipeline
 from slam.messages import Estimate, SensorFrame, Status
 from slam.se2 import SE2
+from slam.se3 import SE3
 from worlds.loader import load_world
 
 Frames = tuple[SensorFrame, ...]
@@ -133,3 +135,28 @@ def test_a_camera_that_sees_nothing_without_wheels_says_so(bare: Drive) -> None:
     estimates = [estimate for pipeline in [VisualSlam().build(bare.start)] for estimate in map(pipeline.update, blank)]
     assert estimates[-1].status == Status.DEGRADED
     assert "enough texture" in estimates[-1].reason
+
+
+def test_in_space_the_camera_s_height_and_tilt_are_found_too(drive: Drive, marker_file: Path) -> None:
+    half = drive.frames[: len(drive.frames) // 2]
+    pipeline = VisualSlam(marker_map=str(marker_file), planar=False).build()
+    estimates = [estimate for frame in half if (estimate := pipeline.update(frame)).status is Status.TRACKING]
+    assert len(estimates) > len(half) // 2
+    assert max(off(estimate, drive)[0] for estimate in estimates) < 0.02
+    info = next(image.colour_info for frame in drive.frames for image in frame.images)
+    for estimate in estimates:
+        assert estimate.T_map_camera is not None
+        off_mount = (SE3.from_se2(drive.pose(estimate.stamp)) @ info.T_base_camera).inverse() @ estimate.T_map_camera
+        assert np.linalg.norm(off_mount.t) < 0.02
+        assert np.linalg.norm(off_mount.log()[3:]) < math.radians(1.0)
+
+
+def test_on_the_floor_the_estimate_tells_where_the_camera_is(mapped: tuple[list[Estimate], VisualSlamPipeline]) -> None:
+    last = mapped[0][-1]
+    assert last.T_map_camera is not None
+    assert last.T_map_camera.t[2] == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_map_cannot_be_made_in_space() -> None:
+    with pytest.raises(ParameterError, match="planar = False; must be true while a marker map is made"):
+        VisualSlam(planar=False).build()
