@@ -19,6 +19,8 @@ from scripts.runs.known_map import GivenMap, read_given_map
 from scripts.runs.options import RunOptions
 from scripts.runs.parameters import read_parameters
 from slam.errors import UnknownNameError
+from slam.localization.amcl import Amcl
+from slam.localization.landmarks import Landmarks
 from slam.mapping.visual_slam import VisualSlam
 from slam.navigation.explore import Explore
 from slam.navigation.frontiers import Explorer
@@ -80,14 +82,18 @@ def settings_of(options: RunOptions) -> PipelineSettings | LocalizerSettings:
 
 def _with_markers(settings: PipelineSettings | LocalizerSettings, options: RunOptions) -> PipelineSettings | LocalizerSettings:
     """The settings with the files of the options that speak of markers."""
-    for name, file in (("--marker-map", options.marker_map), ("--camera-info", options.camera_info)):
-        if file is not None and not isinstance(settings, VisualSlam):
-            raise UsageError(f"{name}: the pipeline '{options.pipeline}' does not look at markers; take --pipeline visual_slam")
-    if not isinstance(settings, VisualSlam):
+    told = {
+        name: str(file) for name, file in (("marker_map", options.marker_map), ("camera_info", options.camera_info)) if file is not None
+    }
+    if not told:
         return settings
-    if options.camera_info is not None:
-        settings = dataclasses.replace(settings, markers=dataclasses.replace(settings.markers, camera_info=str(options.camera_info)))
-    return settings if options.marker_map is None else dataclasses.replace(settings, marker_map=str(options.marker_map))
+    looking = settings.landmarks if isinstance(settings, Amcl) else settings
+    if not isinstance(looking, VisualSlam | Landmarks):
+        name = f"--{next(iter(told)).replace('_', '-')}"
+        raise UsageError(f"{name}: the pipeline '{options.pipeline}' does not look at markers; take visual_slam or amcl")
+    markers = dataclasses.replace(looking.markers, camera_info=told.get("camera_info", looking.markers.camera_info))
+    looking = dataclasses.replace(looking, markers=markers, marker_map=told.get("marker_map", looking.marker_map))
+    return dataclasses.replace(settings, landmarks=looking) if isinstance(settings, Amcl) else looking
 
 
 def assemble(options: RunOptions, settings: PipelineSettings | LocalizerSettings, faults: Sequence[Fault] = ()) -> Assembly:

@@ -40,7 +40,8 @@ class RunOptions:
     map: Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="(default: none)")] = None
     """Map to localise in: the folder of a run, whose map.yaml is taken, or the .yaml of any map_server map."""
     marker_map: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none, a new one)")] = None
-    """Marker map to localise in with `visual_slam`: markers.yaml of the run that made it, or an ArUco MarkerMap."""
+    """Marker map to localise in with `visual_slam`, or in a --map with `amcl`: markers.yaml of the run that made it, or an ArUco
+    MarkerMap."""
     camera_info: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what comes with the images)")] = None
     """CameraInfo YAML whose K and distortion markers are measured with; `twin calibrate camera` writes one."""
     session: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="(default: none, a new map)")] = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,8 @@ from slam.localization.sensor_models import Likelihood
 from slam.scans import PointScan
 from slam.se2 import SE2, FloatArray
 
+Weigh = Callable[[FloatArray], FloatArray]
+"""From poses (N, 3) to log-likelihoods (N,)."""
 SEED_POSITION, SEED_YAW = 0.05, 0.05
 """Standard deviations about a place that a search has found [m, rad]."""
 KEPT = 0.2
@@ -62,7 +64,9 @@ class Belief:
         self.doubtful = False
         """Whether the newest scans do not support the pose: only then random poses are drawn."""
 
-    def update(self, motion: MotionModel, way: tuple[SE2, float], likelihood: Likelihood, cloud: PointScan) -> None:
+    def update(
+        self, motion: MotionModel, way: tuple[SE2, float], likelihood: Likelihood, cloud: PointScan, beside: Weigh | None = None
+    ) -> None:
         """Algorithm Augmented_MCL: sample the motion, weigh, average, draw.
 
         Args:
@@ -70,12 +74,14 @@ class Belief:
             way: T_before_after and the time that it took [s].
             likelihood: the sensor model in the map.
             cloud: a scan with one valid beam at least, deskewed.
+            beside: log-likelihoods of what else is seen; the average is of the scan's alone.
         """
         poses = motion.sample(self.particles.poses, *way, self._rng)
         chosen = evenly(cloud, self._settings.beams)
         weights = one_opinion_each(chosen.points, self._settings.patch)
         log_likelihoods = likelihood.log(poses, chosen, weights)
-        self.weighed = Particles(poses, self.particles.log_weights + log_likelihoods)
+        others = 0.0 if beside is None else beside(poses)
+        self.weighed = Particles(poses, self.particles.log_weights + log_likelihoods + others)
         self.averages.add(float(np.sum(self.particles.weights * np.exp(log_likelihoods / weights.sum()))))
         self.modes = clusters_of(self.weighed)
         self._draw()
