@@ -26,7 +26,7 @@ def test_a_border_is_looked_at_from_where_what_lies_behind_it_is_seen() -> None:
     lengths = np.hypot(*np.meshgrid(np.arange(30) - 5.0, np.arange(40) - 5.0, indexing="ij"))
     lengths[13:25, :20] = np.inf
     row, col = outlook.viewpoint(lengths, states, (18, 20), 15.0)
-    assert col > 20
+    assert np.isfinite(lengths[row, col])
     assert outlook.sees(states, row, col, (18, 17))
 
 
