@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from scripts.bench.marker_photographs import photograph_rows
 from scripts.bench.marker_scenes import MOUNT, MarkerScene, map_errors
 from scripts.bench.row import Row
 from scripts.experiments.drive import Course
@@ -48,6 +49,7 @@ def run(smoke: bool) -> list[Row]:
         *_place_rows(mapping, found, (seconds, smoke)),
         *_sparse_rows(seconds),
         *_keyframe_rows(60 if smoke else 1000),
+        *photograph_rows(),
     ]
 
 
