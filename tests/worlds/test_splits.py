@@ -46,7 +46,7 @@ def test_a_changed_map_has_another_digest():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"), [(("trian",), "no split"), (("test", "hard"), "no difficulty"), (("test", "", "lake"), "no family")]
+    ("wrong", "message"), [(("exam",), "no split"), (("test", "hard"), "no difficulty"), (("test", "", "lake"), "no family")]
 )
 def test_an_unknown_name_is_named_with_those_there_are(wrong, message):
     with pytest.raises(SplitError, match=f"{message} '{wrong[-1]}'; available: "):

@@ -136,7 +136,7 @@ def test_the_map_may_be_made_without_the_truth(pose):
         ({"pose": "gps"}, "no pose 'gps'; available: truth"),
         ({"robot": "ev3"}, "a real robot has no true pose"),
         ({"goal": 2.0}, "the goal is a share"),
-        ({"split": "trian"}, "no split 'trian'; available: train"),
+        ({"split": "exam"}, "no split 'exam'; available: train"),
         ({"robot": "ev3", "pose": "slam", "world": "hall"}, "a real robot takes no world"),
         ({"realism": "perfect"}, "no realism 'perfect'"),
     ],
