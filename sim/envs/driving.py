@@ -113,7 +113,7 @@ class Driver:
             if twist is None:
                 return reward + (self._face(facing) if facing is not None else 0.0)
             reward += self._advance(twist)
-            if self._env.is_done or self._follower.blocked:
+            if self._env.is_done or twist == Twist():  # it stands before something
                 break
         return reward
 

@@ -23,7 +23,7 @@ from sim.envs.tally import AT_THE_GOAL, CELL_AREA, Tally
 from sim.envs.task import Task
 from slam.messages import Twist
 
-Observation = dict[str, NDArray[Any]]
+Observation = dict[str, Any]
 FAR = 64.0
 """Bound of the pose's coordinates [m]."""
 
@@ -47,7 +47,7 @@ def action_space() -> spaces.Box:
     return spaces.Box(-1.0, 1.0, (2,), np.float32)
 
 
-class ExploreEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
+class ExploreEnv(gymnasium.Env[Observation, NDArray[Any]]):
     """One robot in one place after the other; options are those of `sim.envs.task.Task`."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / PERIOD)}  # noqa: RUF012 (Gymnasium's own type)

@@ -62,7 +62,8 @@ class Wanderer:
 
     def act(self) -> bool:
         """See `Explorer`."""
-        scan, middle = self._env.body.sight.scan[0], BEAMS // 2
+        scan: NDArray[np.float32] = self._env.body.sight.scan[0]
+        middle = BEAMS // 2
         if free_ahead(scan) > 0.25:
             drift = 0.4 * float(np.mean(scan[middle:]) - np.mean(scan[: middle + 1])) / max(float(scan.mean()), 0.1)
             self._env.advance(Twist(0.3, drift))

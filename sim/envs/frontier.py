@@ -12,7 +12,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from sim.envs.driving import Driver, Driving
-from sim.envs.explore import ExploreEnv, Observation
+from sim.envs.explore import ExploreEnv, Observation, observation_space
 from sim.envs.native import PERIOD
 from sim.envs.tally import AT_THE_GOAL
 from slam.navigation.frontiers import Frontier
@@ -38,7 +38,7 @@ class ExploreFrontierEnv(gymnasium.Env[Observation, np.int64]):
         high = np.tile(np.array([FARTHEST, 1, 1, LONGEST, MOST], np.float32), CHOICES)
         low = np.tile(np.array([0, -1, -1, 0, 0], np.float32), CHOICES)
         own = {"frontiers": spaces.Box(low, high), "action_mask": spaces.MultiBinary(CHOICES)}
-        self.observation_space = spaces.Dict({**self._inner.observation_space.spaces, **own})
+        self.observation_space = spaces.Dict({**observation_space().spaces, **own})
         self.action_space = spaces.Discrete(CHOICES)
 
     @property

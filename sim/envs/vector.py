@@ -43,7 +43,8 @@ class ExploreVectorEnv(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]
         Raises:
             SimError: an option cannot be, or asks for what the kernel does not do.
         """
-        self.task = Task(**{"steps": max_episode_steps, **options})
+        wanted: dict[str, Any] = {"steps": max_episode_steps, **options}
+        self.task = Task(**wanted)
         if not self.task.is_native:
             raise SimError("the vector environment steps ideal kinematic twins with pose='truth'; take vectorization_mode='sync'")
         if num_envs < 1:
@@ -106,7 +107,8 @@ class ExploreVectorEnv(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]
             for first, last in spans:
                 self._fleet.step(self._sight, first, last)
         else:
-            list(self._threads.map(lambda span: self._fleet.step(self._sight, *span), spans))
+            for done in [self._threads.submit(self._fleet.step, self._sight, first, last) for first, last in spans]:
+                done.result()
 
     def _begin(self, i: int, world: str = "") -> None:
         """Put a robot at the start of its next site."""

@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from sim.envs.body import Body
-from sim.envs.explore import ExploreEnv, Observation
+from sim.envs.explore import ExploreEnv, Observation, observation_space
 from sim.envs.hal_body import HalBody
 
 WIDTH, HEIGHT = 84, 84
@@ -28,7 +28,7 @@ class ExploreVisionEnv(ExploreEnv):
             SimError: the robot has no camera.
         """
         super().__init__(render_mode, operator, **{**options, "native": False})
-        self.observation_space = spaces.Dict({**self.observation_space.spaces, "image": spaces.Box(0, 255, (3, HEIGHT, WIDTH), np.uint8)})
+        self.observation_space = spaces.Dict({**observation_space().spaces, "image": spaces.Box(0, 255, (3, HEIGHT, WIDTH), np.uint8)})
 
     def _make_body(self, operator: Callable[[str], object]) -> Body:
         self._seeing = HalBody(self.task, operator, camera=True)
@@ -43,4 +43,5 @@ def _small(image: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
     """A colour image (H, W, 3) as (3, HEIGHT, WIDTH)."""
     if image is None:
         return np.zeros((3, HEIGHT, WIDTH), np.uint8)
-    return np.ascontiguousarray(cv2.resize(image, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).transpose(2, 0, 1))
+    small = cv2.resize(image, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(small.transpose(2, 0, 1), dtype=np.uint8)

@@ -48,7 +48,7 @@ def search(costs: NDArray[np.float32], start: int, goal: int) -> tuple[NDArray[n
             r, c = row + STEPS[k, 0], col + STEPS[k, 1]
             if not (0 <= r < height and 0 <= c < width) or done[r, c] or not np.isfinite(costs[r, c]):
                 continue
-            way: float = lengths[row, col] + 0.5 * (here + costs[r, c]) * (1.0 if k < 4 else DIAGONAL)
+            way = float(lengths[row, col] + 0.5 * (here + costs[r, c]) * (1.0 if k < 4 else DIAGONAL))
             if way < lengths[r, c] - 1e-9:
                 lengths[r, c], before[r, c] = way, cell
                 if size == len(heap[0]):

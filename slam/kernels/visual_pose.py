@@ -145,21 +145,21 @@ def refine(
         prior: mean and information (6, 6) of the pose.
         noise: standard deviation of a ray, and the chi-square at which a point counts half.
     """
-    R, t = start[0].copy(), start[1].copy()
+    turn, t = start[0].copy(), start[1].copy()
     (R0, t0), information = prior
     chi, H, g = np.empty(len(seen[0])), np.empty((6, 6)), np.empty(6)
     wide = WIDEST
     for _ in range(ITERATIONS):
-        _sum((R, t), seen, camera, (noise[0], noise[1] * wide), (H, g, chi))
-        off = np.concatenate((R.T @ (t - t0), _rotation_vector(R0.T @ R)))
+        _sum((turn, t), seen, camera, (noise[0], noise[1] * wide), (H, g, chi))
+        off = np.concatenate((turn.T @ (t - t0), _rotation_vector(R0.T @ turn)))
         step = np.linalg.solve(H + information, -(g + information @ off))
-        t += R @ step[:3]
-        R = R @ rotation(step[3:])
+        t += turn @ step[:3]
+        turn = turn @ rotation(np.asarray(step[3:], np.float64))
         if wide == 1.0 and np.abs(step).max() < SETTLED:
             break
         wide = max(wide / 4.0, 1.0)
-    _sum((R, t), seen, camera, noise, (H, g, chi))
-    return R, t, H, chi
+    _sum((turn, t), seen, camera, noise, (H, g, chi))
+    return turn, t, H, chi
 
 
 @njit

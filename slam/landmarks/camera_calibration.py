@@ -102,7 +102,7 @@ def calibrate(board: Board, views: Sequence[BoardView], size: tuple[int, int], d
         CalibrationError: there are too few, or they do not tell the focal length.
     """
     found = _solved(board, views, size, distortion)
-    errors = [float(np.sqrt(np.mean(np.sum(r**2, axis=1)))) for r in found.residuals]
+    errors = [float(np.sqrt(np.sum(r**2) / len(r))) for r in found.residuals]
     used = [k for k, error in enumerate(errors) if error <= max(OUTLIER * float(np.median(errors)), TOLERATED)]
     if len(used) < len(views):
         found = replace(_solved(board, [views[k] for k in used], size, distortion), used=tuple(used))

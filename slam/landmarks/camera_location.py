@@ -65,18 +65,18 @@ def _refined(known: MarkerField, sightings: Sequence[Sighting], start: SE3) -> C
     """Gauss-Newton with Cauchy's loss over the corners (N, 4) of all markers."""
     points = np.array([known.pose_of(s.id).transform(square(s.size)) for s in sightings])  # (N, 4, 3)
     rays, weights = np.array([s.rays for s in sightings]), np.array([s.weights for s in sightings])
-    T, H = start, np.eye(6)
+    pose, information = start, np.eye(6)
     for _ in range(ITERATIONS):
-        residuals, J, chi2 = _linearised(T, points, rays, weights)
+        residuals, J, chi2 = _linearised(pose, points, rays, weights)
         shares = np.where(chi2 < BEHIND, 1.0 / (1.0 + chi2 / LOSS), 0.0)
         WJ = shares[:, None, None, None] * (weights @ J)
-        H = np.einsum("nkri,nkrj->ij", J, WJ) + 1e-9 * np.eye(6)
-        step = -np.linalg.solve(H, np.einsum("nkri,nkr->i", WJ, residuals))
-        T = T @ SE3.exp(np.asarray(step * min(1.0, 0.5 / max(float(np.linalg.norm(step)), 1e-12)), np.float64))
+        information = np.asarray(np.einsum("nkri,nkrj->ij", J, WJ), np.float64) + 1e-9 * np.eye(6)
+        step: FloatArray = -np.linalg.solve(information, np.asarray(np.einsum("nkri,nkr->i", WJ, residuals), np.float64))
+        pose = pose @ SE3.exp(step * min(1.0, 0.5 / max(float(np.linalg.norm(step)), 1e-12)))
         if float(np.abs(step).max()) < SETTLED:
             break
-    chi2 = _linearised(T, points, rays, weights)[2]
-    return CameraLocation(T, np.asarray(np.linalg.inv(H), np.float64), chi2 < GATE, chi2)
+    chi2 = _linearised(pose, points, rays, weights)[2]
+    return CameraLocation(pose, np.asarray(np.linalg.inv(information), np.float64), chi2 < GATE, chi2)
 
 
 def _linearised(T: SE3, points: FloatArray, rays: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

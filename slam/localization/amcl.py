@@ -138,8 +138,9 @@ class AmclPipeline:
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
         self._ego.hear(frame)
-        for image in frame.images if self._eye else ():
-            self._look(self._eye, image)
+        if self._eye is not None:
+            for image in frame.images:
+                self._look(self._eye, image)
         for scan in frame.scans:
             self._take(scan)
         return self._estimate(frame)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.errors import require_positive
 from slam.grid import FREE
@@ -140,7 +141,7 @@ class LandmarkEye:
         return np.square((r - r_hat) / sigma_r) + np.square(turn / self._settings.sigma_bearing)
 
 
-def _free(known_map: KnownMap, poses: FloatArray) -> FloatArray:
+def _free(known_map: KnownMap, poses: FloatArray) -> NDArray[np.bool_]:
     """Which of poses (M, 3) lie in free cells."""
     geometry = known_map.grid.geometry
     cells = np.floor(geometry.T_map_grid.inverse().transform(poses[:, :2]) / geometry.resolution).astype(np.int64)[:, ::-1]
