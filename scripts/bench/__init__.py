@@ -41,6 +41,7 @@ GROUPS = (
     "protocols",
     "demo",
     "recordings",
+    "envs",
 )
 
 

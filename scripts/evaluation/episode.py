@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass
 
@@ -46,7 +45,7 @@ class Episode:
     curve: list[float]
     """Coverage at every second, held to the end of the time."""
     decision_ms: float
-    """Median time of a decision and all its steps, of this process; the one number that no seed repeats."""
+    """Median time that this thread was busy with a decision and all its steps; the one number that no seed repeats."""
 
     @property
     def area_under_curve(self) -> float:
@@ -81,12 +80,10 @@ def run(trial: Trial) -> Episode:
         explorer = EXPLORERS[trial.explorer](env, np.random.default_rng((trial.seed, 1)))
         decisions: list[float] = []
         while env.tally.steps < trial.steps and not env.is_done:
-            began, steps = time.thread_time(), env.tally.steps
+            began = time.thread_time()
             if not explorer.act():
                 break
-            decisions.append((time.thread_time() - began) * 1e3 if env.tally.steps > steps else math.nan)
-            if env.tally.steps == steps and len(decisions) > trial.steps:
-                break
+            decisions.append((time.thread_time() - began) * 1e3)
         return _episode(trial, env, decisions)
     finally:
         env.close()
@@ -95,7 +92,7 @@ def run(trial: Trial) -> Episode:
 def _episode(trial: Trial, env: Recording, decisions: list[float]) -> Episode:
     tally, points = env.tally, trial.steps // EVERY + 1
     curve = [*env.curve, *[tally.coverage] * (points - len(env.curve))][:points]
-    median = float(np.nanmedian(decisions)) if decisions else 0.0
+    median = float(np.median(decisions)) if decisions else 0.0
     return Episode(
         trial.explorer, trial.world, tally.coverage, tally.path, tally.steps * PERIOD, tally.collisions, dict(tally.marks), curve, median
     )

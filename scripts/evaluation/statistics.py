@@ -32,12 +32,12 @@ def bootstrap(values: Sequence[float]) -> Interval:
 
 def row(explorer: str, episodes: Sequence[Episode]) -> list[str]:
     """One explorer's line, see `HEADS`."""
-    cells = [explorer, _share(bootstrap([100 * e.coverage for e in episodes]))]
-    cells.append(_share(bootstrap([100 * e.area_under_curve for e in episodes])))
+    cells = [explorer, _told(bootstrap([100 * e.coverage for e in episodes]))]
+    cells.append(_told(bootstrap([100 * e.area_under_curve for e in episodes])))
     for mark in MARKS:
         reached = [e.marks[mark] for e in episodes if mark in e.marks]
         way, time = bootstrap([path for path, _ in reached]), bootstrap([seconds for _, seconds in reached])
-        cells.append(f"{_length(way)} m, {time[0]:.0f} s ({len(reached)}/{len(episodes)})" if reached else f"(0/{len(episodes)})")
+        cells.append(f"{_told(way)} m, {time[0]:.0f} s ({len(reached)}/{len(episodes)})" if reached else f"(0/{len(episodes)})")
     cells.append(f"{np.mean([e.collisions for e in episodes]):.2f}")
     return [*cells, f"{np.median([e.decision_ms for e in episodes]):.1f}"]
 
@@ -65,9 +65,5 @@ def draw_curves(groups: dict[str, list[Episode]], out: Path) -> None:
     figure.savefig(out)
 
 
-def _share(interval: Interval) -> str:
-    return "{:.1f} [{:.1f}, {:.1f}]".format(*interval)
-
-
-def _length(interval: Interval) -> str:
+def _told(interval: Interval) -> str:
     return "{:.1f} [{:.1f}, {:.1f}]".format(*interval)
