@@ -71,7 +71,8 @@ def _refined(known: MarkerField, sightings: Sequence[Sighting], start: SE3) -> C
         shares = np.where(chi2 < BEHIND, 1.0 / (1.0 + chi2 / LOSS), 0.0)
         WJ = shares[:, None, None, None] * (weights @ J)
         information = np.asarray(np.einsum("nkri,nkrj->ij", J, WJ), np.float64) + 1e-9 * np.eye(6)
-        step: FloatArray = -np.linalg.solve(information, np.asarray(np.einsum("nkri,nkr->i", WJ, residuals), np.float64))
+        gradient = np.asarray(np.einsum("nkri,nkr->i", WJ, residuals), np.float64)
+        step = np.asarray(np.linalg.solve(information, -gradient), np.float64)
         pose = pose @ SE3.exp(step * min(1.0, 0.5 / max(float(np.linalg.norm(step)), 1e-12)))
         if float(np.abs(step).max()) < SETTLED:
             break
