@@ -83,7 +83,7 @@ def _all_of(split: str) -> tuple[MapName, ...]:
 
 
 def digest(world: World) -> str:
-    """What pins a world: of its numbers in the order of its fields, to the millimetre and the milliradian."""
+    """What pins a world: of what it has, in the order of its fields, to the millimetre and the milliradian. What it has not, it may get."""
     return hashlib.sha256(repr(_rounded(msgspec.to_builtins(world))).encode()).hexdigest()[:DIGITS]
 
 
@@ -91,7 +91,7 @@ def _rounded(value: Any) -> object:  # noqa: ANN401 (what msgspec makes of a str
     if isinstance(value, float):
         return round(value, 3) + 0.0
     if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in cast("dict[str, Any]", value).items()}
+        return {key: _rounded(item) for key, item in cast("dict[str, Any]", value).items() if item not in ([], {}, None, "")}
     return [_rounded(item) for item in cast("list[Any]", value)] if isinstance(value, list | tuple) else value
 
 

@@ -64,6 +64,7 @@ class VisualMotion:
         """What the camera said of the newest image; None before the second."""
         self.stamp = -np.inf
         """Of the newest image [s]."""
+        self._begun = np.inf  # when a pose was first asked for [s]
         self._since_key = SE2()
         self._in_map = Leg(T_map_base, NOTHING)
         self._marks: dict[str, Leg] = {}
@@ -82,7 +83,8 @@ class VisualMotion:
         step = self.step_to(stamp)
         covariance = self._noise.propagate(self.covariance, self.T_map_base, step)
         if not self.ego.wheels_cover(stamp):
-            covariance = covariance + np.diag(self._swerve(max(stamp - self.stamp, 0.0)))
+            self._begun = min(self._begun, stamp)
+            covariance = covariance + np.diag(self._swerve(max(stamp - max(self.stamp, self._begun), 0.0)))
         return self.T_map_base @ step, covariance
 
     def see(self, image: RgbdImage, mount: SE3, *, rest: bool = False) -> None:

@@ -311,7 +311,7 @@ def test_a_pipeline_draws_the_walls_that_it_sees(mapper: str, frames: Frames) ->
 
 
 def test_an_unknown_pipeline_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: amcl, icp_odometry, lidar"):
+    with pytest.raises(UnknownNameError, match="no pipeline 'ladar'; available: amcl, fusion, icp_odometry, lidar"):
         pipeline_settings("ladar")
 
 

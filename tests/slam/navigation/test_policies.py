@@ -23,7 +23,7 @@ def test_the_policy_none_never_drives() -> None:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match="no policy 'tuor'; available: explore, goal, none, tour, wander"):
+    with pytest.raises(UnknownNameError, match="no policy 'tuor'; available: explore, goal, none, perimeter, spin, tour, wander"):
         make_policy("tuor", ROUTE)
 
 
