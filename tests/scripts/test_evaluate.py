@@ -23,7 +23,7 @@ def test_the_table_and_the_curves_are_the_same_for_any_number_of_processes(tmp_p
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (["nearset"], "no explorer 'nearset'; available: random"),
+        (["nearby"], "no explorer 'nearby'; available: random"),
         (["--maps", "0"], "--maps 0: give 1 or more"),
         (["--seed", "-1"], "--seed"),
     ],
