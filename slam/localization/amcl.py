@@ -222,7 +222,8 @@ class AmclPipeline:
         if self._hidden(cloud, here):
             ladder.rivals.forget()
             return False
-        if ladder.rivals.due(scan.stamp, self._reckoned):
+        asked = ladder.rivals.due(scan.stamp, self._reckoned)
+        if asked:
             found = search.follow(self._map, ladder.rivals.places(self._reckoned), *seen)
             ladder.rivals.weigh(found, here, scan.stamp, self._reckoned)
         places: list[Hypothesis] = []
@@ -230,13 +231,20 @@ class AmclPipeline:
             answer = search.search(self._map, *seen)
             places = list(answer.hypotheses) if self._settled(answer) else []
             ladder.rivals.meet(answer.hypotheses, here, scan.stamp, self._reckoned)
-        proven = [] if places else ladder.proven(here)
+        proven = self._proven(cloud, here) if (asked or rung is Rung.SEARCH) and not places else []
         self._belief.doubtful = ladder.lost
         if places or proven:
             self._take_up(places or proven, sure=len(proven) == 1)
         elif rung is Rung.SEARCH and ladder.lost:
             self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
         return bool(places or proven)
+
+    def _proven(self, cloud: PointScan, here: Hypothesis) -> list[Hypothesis]:
+        """Rivals that this scan, the newest of several, proves; no robot stands in a wall."""
+        if not len(self._ladder.rivals):
+            return []
+        undenied = blocked(cloud, self._map.field, here.T_map_base)
+        return [place for place in self._ladder.proven(here, undenied) if not trouble_at(self._map, place.T_map_base)]
 
     def _hidden(self, cloud: PointScan, here: Hypothesis) -> bool:
         """Whether a track that is trusted leads on, though the scan fits badly: people may hide what is around, and nothing denies it."""

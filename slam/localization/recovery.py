@@ -37,7 +37,7 @@ class Recovery:
     gain: float = 0.15
     """Share of the scans that it must explain more than the pose does."""
     gain_trusted: float = 0.35
-    """The same where no scan contradicts the track: what has been moved may look like another place."""
+    """The same where no scan contradicts the track, or sees through walls: what is new may look like another place."""
     spread_position: float = 0.1
     """Standard deviation of one expansion [m]."""
     spread_yaw: float = 0.1
@@ -81,10 +81,10 @@ class Ladder:
         self._searched = stamp
         return Rung.SEARCH
 
-    def proven(self, here: Hypothesis) -> list[Hypothesis]:
-        """Rivals to be believed rather than the pose."""
+    def proven(self, here: Hypothesis, undenied: bool) -> list[Hypothesis]:
+        """Rivals to be believed rather than the pose; `undenied` where the scan does not speak against it, though it may fit badly."""
         s = self._settings
-        gain = s.gain_trusted if self.trust.earned else s.gain
+        gain = s.gain_trusted if self.trust.earned or undenied else s.gain
         return self.rivals.better(here, (gain, s.gain), s.explained_min, s.search.odds)
 
     def begin_anew(self, sure: bool) -> None:
