@@ -15,12 +15,12 @@ import numpy as np
 from slam.errors import require_not_negative
 from slam.localization.beam_model import BeamModel
 from slam.localization.beams import evenly, one_opinion_each
-from slam.localization.belief import Belief, Filtering, Weigh
+from slam.localization.belief import Belief, Filtering
 from slam.localization.clusters import Cluster, clusters_of
 from slam.localization.global_search import GlobalAnswer, Hypothesis, same
 from slam.localization.health import NOT_HERE
 from slam.localization.known_map import KnownMap
-from slam.localization.landmarks import LandmarkEye, Landmarks, SeenLandmarks
+from slam.localization.landmarks import Landmarks
 from slam.localization.matched_mode import MatchedMode
 from slam.localization.mcl import without_wheels
 from slam.localization.motion_models import ConstantVelocity, MotionModel, OdometryMotion, VelocityMotion
@@ -31,7 +31,7 @@ from slam.localization.sensor_models import Likelihood, LikelihoodField, SensorM
 from slam.localization.whole_scan import FEWEST
 from slam.matching.blocked_view import blocked
 from slam.matching.gauss_newton import GaussNewton
-from slam.messages import Estimate, LaserScan, RgbdImage, SensorFrame, Status
+from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.ego_motion import EgoMotion
 from slam.motion.keyframes import KeyframeGate
 from slam.motion.motion_noise import MotionNoise
@@ -43,11 +43,8 @@ from slam.snapshot import Snapshot
 
 _log = logging.getLogger(__name__)
 
-SPAN = 0.02
-"""Over which the twist at an image is taken [s]."""
 LOOKED = 120
 """Most beams that weigh poses drawn about markers."""
-NO_CAMERA = "the robot has no camera to see the markers with"
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,9 +121,7 @@ class AmclPipeline:
         self._mode = MatchedMode(known_map, settings.matcher if settings.polish else None, settings.noise, start)
         self._watch = SensorWatch()
         self._rng = rng
-        self._eye = settings.landmarks.build()
-        self._landmarks: SeenLandmarks | None = None
-        self._contradictions = 0
+        self._landmarks = settings.landmarks.build()
         self._path = ScanTrajectory()
         self._ladder = Ladder(settings.recovery)
         self._likelihood: Likelihood | None = None
@@ -138,9 +133,9 @@ class AmclPipeline:
     def update(self, frame: SensorFrame) -> Estimate:
         """Take in one frame; answer with the pose at its stamp."""
         self._ego.hear(frame)
-        if self._eye is not None:
+        if self._landmarks is not None:
             for image in frame.images:
-                self._look(self._eye, image)
+                self._landmarks.look(image, self._ego)
         for scan in frame.scans:
             self._take(scan)
         return self._estimate(frame)
@@ -149,29 +144,15 @@ class AmclPipeline:
         """The map, the poses at scans, and the particles as the newest update has weighed them."""
         return Snapshot(self._picture, self._path.trajectory(), self._belief.weighed.as_rows())
 
-    def _look(self, eye: LandmarkEye, image: RgbdImage) -> None:
-        """Take in the markers of an image, and whether they contradict the pose."""
-        motion = self._ego.motion
-        before, now = motion.pose_at(image.stamp - SPAN), motion.pose_at(image.stamp)
-        seen = eye.look(image, (before.inverse() @ now).log() / SPAN)
-        if len(seen.places):
-            self._landmarks = seen
-            self._contradictions = self._contradictions + 1 if eye.contradicts(self._ego.at(image.stamp), seen) else 0
-
-    def _seen_landmarks(self, stamp: float) -> SeenLandmarks | None:
-        """Those seen lately, from base at a time [s]."""
-        seen, motion = self._landmarks, self._ego.motion
-        if seen is None or abs(stamp - seen.stamp) > self._settings.landmarks.memory:
-            return None
-        return seen.from_base(motion.pose_at(seen.stamp).inverse() @ motion.pose_at(stamp))
-
     def _by_landmarks(self, scan: LaserScan, cloud: PointScan) -> bool:
         """Where nothing is known, or markers contradict the pose: look for it where the markers say; whether that has led anywhere."""
-        doubt = self._start_trouble or self._ladder.lost or self._contradictions >= self._settings.landmarks.contradictions
-        seen = self._seen_landmarks(scan.stamp)
-        if self._eye is None or seen is None or not doubt:
+        watch = self._landmarks
+        if watch is None or not (self._start_trouble or self._ladder.lost or watch.contradicted):
             return False
-        poses, log_weights = self._eye.seeds(self._map, seen, self._rng)
+        seen = watch.seen_at(scan.stamp, self._ego)
+        if seen is None:
+            return False
+        poses, log_weights = watch.eye.seeds(self._map, seen, self._rng)
         if len(poses) == 0:
             return False
         self._likelihood = self._likelihood or self._settings.sensor.over(self._map, scan.range_max)
@@ -179,10 +160,11 @@ class AmclPipeline:
         log_weights = log_weights + self._likelihood.log(poses, chosen, one_opinion_each(chosen.points, self._settings.filtering.patch))
         best = [mode.T_map_base for mode in clusters_of(Particles(poses, log_weights)) if mode.weight >= self._settings.second_mode]
         found = self._settings.recovery.search.follow(self._map, best, cloud.points, cloud.origins, _clear(scan))
-        places = [place for place in found if not self._eye.contradicts(place.T_map_base, seen)]
+        places = [place for place in found if not watch.eye.contradicts(place.T_map_base, seen)]
         if places:
             self._take_up(places, sure=len(places) == 1)
-            self._start_trouble, self._contradictions = "", 0
+            self._start_trouble = ""
+            watch.believe()
         return bool(places)
 
     def _take(self, scan: LaserScan) -> None:
@@ -266,16 +248,10 @@ class AmclPipeline:
         if s.sensor_model == "beam":  # for which it counts, too, that a beam meets nothing
             returned = np.where(np.isposinf(scan.ranges), scan.range_max, scan.ranges)
             cloud = self._ego.points(replace(scan, ranges=returned))
-        self._belief.update(
-            s.motion if by_wheels else s.drifting, (self._way, self._duration), self._likelihood, cloud, self._weigh(scan.stamp)
-        )
+        markers = self._landmarks.weigh(scan.stamp, self._ego) if self._landmarks else None
+        self._belief.update(s.motion if by_wheels else s.drifting, (self._way, self._duration), self._likelihood, cloud, markers)
         self._way, self._duration, self._begun = SE2(), 0.0, True
         self._mode.follow(self._belief.modes[0])
-
-    def _weigh(self, stamp: float) -> Weigh | None:
-        """Log-likelihoods of the markers seen lately (table 6.4)."""
-        eye, seen = self._eye, self._seen_landmarks(stamp)
-        return None if eye is None or seen is None else lambda poses: eye.log_likelihoods(poses, seen)
 
     def _begin(self, scan: LaserScan, cloud: PointScan) -> bool:
         """Look for a robot whose start is not known in the whole map; whether there is anything like it."""
@@ -317,7 +293,7 @@ class AmclPipeline:
             return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(str, modes))}"
         doubts = "the scan fits the map badly" if self._ladder.watch.doubtful else ""
         blind = "the scan shows nothing" if self._blind else ""
-        camera = NO_CAMERA if self._eye and "images" not in frame.available else self._eye.complaint if self._eye else ""
+        camera = self._landmarks.trouble(frame) if self._landmarks else ""
         reasons = silent, without_wheels(self._ego, frame), blind, doubts, trouble_at(self._map, pose), camera
         reason = "; ".join(reason for reason in reasons if reason)
         return (Status.DEGRADED if reason else Status.TRACKING), reason

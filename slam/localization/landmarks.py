@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,8 +16,14 @@ from slam.landmarks.marker_map import MarkerMap
 from slam.landmarks.marker_map_file import read_marker_map
 from slam.landmarks.markers import MarkerImageError, Markers
 from slam.localization.known_map import KnownMap
-from slam.messages import RgbdImage
+from slam.messages import RgbdImage, SensorFrame
+from slam.motion.ego_motion import EgoMotion
 from slam.se2 import SE2, FloatArray
+
+SPAN = 0.02
+"""Over which the twist at an image is taken [s]."""
+NO_CAMERA = "the robot has no camera to see the markers with"
+"""Reason of an estimate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +49,8 @@ class Landmarks:
     def __post_init__(self) -> None:
         require_positive(self, "sigma_range", "sigma_bearing", "worst", "contradictions", "samples", "memory")
 
-    def build(self) -> LandmarkEye | None:
-        """What looks for them; None without a marker map.
+    def build(self) -> LandmarkWatch | None:
+        """What keeps watch for them; None without a marker map.
 
         Raises:
             MarkerMapError: the map cannot be read, or is of another dictionary.
@@ -52,7 +59,7 @@ class Landmarks:
             return None
         known = read_marker_map(Path(self.marker_map))
         known.require_dictionary([family.dictionary for family in self.markers.families])
-        return LandmarkEye(self, known)
+        return LandmarkWatch(self, LandmarkEye(self, known))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,6 +146,48 @@ class LandmarkEye:
         turn = np.remainder(phi - phi_hat + np.pi, math.tau) - np.pi
         sigma_r = self._settings.sigma_range * np.maximum(r, 0.3) ** 2
         return np.square((r - r_hat) / sigma_r) + np.square(turn / self._settings.sigma_bearing)
+
+
+class LandmarkWatch:
+    """What the eye has seen lately, and how often that contradicted the pose."""
+
+    def __init__(self, settings: Landmarks, eye: LandmarkEye) -> None:
+        self._settings = settings
+        self.eye = eye
+        self._seen: SeenLandmarks | None = None
+        self._contradictions = 0
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether so many images in a row deny the pose that it is to be looked for by the markers."""
+        return self._contradictions >= self._settings.contradictions
+
+    def look(self, image: RgbdImage, ego: EgoMotion) -> None:
+        """Take in the markers of an image, and whether they contradict the pose."""
+        before, now = ego.motion.pose_at(image.stamp - SPAN), ego.motion.pose_at(image.stamp)
+        seen = self.eye.look(image, (before.inverse() @ now).log() / SPAN)
+        if len(seen.places):
+            self._seen = seen
+            self._contradictions = self._contradictions + 1 if self.eye.contradicts(ego.at(image.stamp), seen) else 0
+
+    def seen_at(self, stamp: float, ego: EgoMotion) -> SeenLandmarks | None:
+        """Those seen lately, from base at a time [s]."""
+        if self._seen is None or abs(stamp - self._seen.stamp) > self._settings.memory:
+            return None
+        return self._seen.from_base(ego.motion.pose_at(self._seen.stamp).inverse() @ ego.motion.pose_at(stamp))
+
+    def weigh(self, stamp: float, ego: EgoMotion) -> Callable[[FloatArray], FloatArray] | None:
+        """Log-likelihoods of poses by the markers seen lately (table 6.4)."""
+        seen = self.seen_at(stamp, ego)
+        return None if seen is None else lambda poses: self.eye.log_likelihoods(poses, seen)
+
+    def believe(self) -> None:
+        """The pose is where the markers say."""
+        self._contradictions = 0
+
+    def trouble(self, frame: SensorFrame) -> str:
+        """What keeps the markers from being seen; empty when nothing does."""
+        return self.eye.complaint if "images" in frame.available else NO_CAMERA
 
 
 def _free(known_map: KnownMap, poses: FloatArray) -> NDArray[np.bool_]:

@@ -83,7 +83,7 @@ def test_the_same_frames_give_the_same_bits(driven: tuple[Drive, KnownMap], mark
 def eye(marker_file: str) -> LandmarkEye:
     found = Landmarks(marker_map=marker_file).build()
     assert found is not None
-    return found
+    return found.eye
 
 
 POSE = SE2(0.4, -0.2, 0.3)
