@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fcntl
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -21,20 +21,20 @@ class SharedCache(FunctionCache):
     leave an index that names the other one's code, which every later run then loads.
     """
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401 (Numba's own)
+    def load_overload(self, sig: object, target_context: object) -> object:
         """The compiled version for a signature, or None."""
         with self._alone():
             return super().load_overload(sig, target_context)
 
-    def save_overload(self, sig: Any, data: Any) -> None:  # noqa: ANN401 (Numba's own)
+    def save_overload(self, sig: object, data: object) -> None:
         """Keep a compiled version."""
         with self._alone():
             super().save_overload(sig, data)
 
     @contextmanager
-    def _alone(self) -> Iterator[None]:
+    def _alone(self) -> Generator[None]:
         """No other process is at the kernels of this folder."""
-        with (Path(self.cache_path) / "kernels.lock").open("ab") as lock:
+        with Path(self.cache_path, "kernels.lock").open("ab") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
