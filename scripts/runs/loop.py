@@ -96,8 +96,9 @@ class Loop:
         start, began, step = clock.now(), time.perf_counter(), 1
         end = start + self.duration
         if isinstance(self.robot, Recorded):  # large maps are not copied more often than needed
-            log.interval = max(log.interval, (min(self.robot.span[1], end) - start) / KEY_FRAMES)
-        while not self.stopped() and not self._concluded() and clock.now() < end - 1e-9:
+            log.interval = max(log.interval, 2.0 * (min(self.robot.span[1], end) - start) / KEY_FRAMES)
+        concluding = self.policy if isinstance(self.policy, Concluding) else None  # asking a protocol takes its time
+        while not self.stopped() and (concluding is None or concluding.outcome is None) and clock.now() < end - 1e-9:
             tick = round(start + step * PERIOD, 9)
             if not clock.sleep_until(min(tick, end)):
                 break
@@ -105,9 +106,6 @@ class Loop:
             snapshot = self._step(log, snapshot)
             log.wall_time = time.perf_counter() - began
             self.progress(clock.now() - start)
-
-    def _concluded(self) -> bool:
-        return isinstance(self.policy, Concluding) and self.policy.outcome is not None
 
     def _step(self, log: RunLog, snapshot: Snapshot) -> Snapshot:
         """One round from the sensors to the wheels; returns what is known after it."""

@@ -63,29 +63,55 @@ def attach(field: NDArray[np.int32], squares: NDArray[np.int32], cells: NDArray[
 
 @njit
 def detach(
-    field: NDArray[np.int32], squares: NDArray[np.int32], occupied: NDArray[np.bool_], cells: NDArray[np.int64], radius: int
+    field: NDArray[np.int32], squares: NDArray[np.int32], occupied: NDArray[np.bool_], cells: NDArray[np.int64], around: NDArray[np.int32]
 ) -> None:
-    """Take cells that are occupied no longer out of the field and let their neighbours' surfaces move in. Writes as `attach`."""
+    """Take cells that are occupied no longer out of the field and let their neighbours' surfaces move in. Writes as `attach`.
+
+    `around` is `nearest_first` of its radius.
+    """
     height, width = field.shape
     for i in range(len(cells)):
         row, col = cells[i] // width, cells[i] % width
-        for r in range(max(row - radius, 0), min(row + radius + 1, height)):
-            for c in range(max(col - radius, 0), min(col + radius + 1, width)):
-                if field[r, c] == cells[i]:
-                    field[r, c], squares[r, c] = _search(occupied, r, c, radius)
+        for k in range(len(around)):
+            r, c = row + around[k, 1], col + around[k, 2]
+            if 0 <= r < height and 0 <= c < width and field[r, c] == cells[i]:
+                field[r, c], squares[r, c] = _search(occupied, r, c, around)
 
 
 @njit
-def _search(occupied: NDArray[np.bool_], row: int, col: int, radius: int) -> tuple[int, int]:
-    """Flat index and squared distance in cells of the nearest occupied cell within `radius`; -1 and radius^2 + 1 for none."""
+def nearest_first(radius: int) -> NDArray[np.int32]:
+    """Squared distance, rows and columns (K, 3) to all cells within `radius`, the nearest first, then row by row."""
+    side = 2 * radius + 1
+    found, n = np.empty((side * side, 3), np.int32), 0
+    for d2 in range(radius * radius + 1):
+        for r in range(-radius, radius + 1):
+            for c in range(-radius, radius + 1):
+                if r * r + c * c == d2:
+                    found[n] = d2, r, c
+                    n += 1
+    return found[:n]
+
+
+@njit
+def _search(occupied: NDArray[np.bool_], row: int, col: int, around: NDArray[np.int32]) -> tuple[int, int]:
+    """Flat index and squared distance in cells of the nearest occupied cell within the radius; -1 and radius^2 + 1 for none."""
     height, width = occupied.shape
-    best, best_d2 = -1, radius * radius + 1
-    for r in range(max(row - radius, 0), min(row + radius + 1, height)):
-        for c in range(max(col - radius, 0), min(col + radius + 1, width)):
-            d2 = (r - row) ** 2 + (c - col) ** 2
-            if occupied[r, c] and d2 < best_d2:
-                best, best_d2 = r * width + c, d2
-    return best, best_d2
+    for k in range(len(around)):
+        r, c = row + around[k, 1], col + around[k, 2]
+        if 0 <= r < height and 0 <= c < width and occupied[r, c]:
+            return r * width + c, around[k, 0]
+    return -1, around[-1, 0] + 1
+
+
+@njit
+def move(old: NDArray[np.int32], new: NDArray[np.int32], shift: tuple[int, int]) -> None:
+    """Write the flat cells of a field (h, w) into a larger one (H, W) whose cell (row, col) + `shift` is the old one's (row, col)."""
+    width, wider = old.shape[1], new.shape[1]
+    for row in range(old.shape[0]):
+        for col in range(width):
+            cell = old[row, col]
+            if cell >= 0:
+                new[row + shift[0], col + shift[1]] = (cell // width + shift[0]) * wider + cell % width + shift[1]
 
 
 @njit

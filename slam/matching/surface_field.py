@@ -7,6 +7,8 @@ cell size and free of the half-cell bias that a distance transform of cell centr
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,9 @@ from slam.se2 import SE2
 
 NEIGHBOURHOODS = (0.10, 0.20, 0.40, 0.60)
 """How far to each side hits are pooled into a line: the first that holds three occupied cells [m]."""
+
+
+_nearest_first = lru_cache(kernels.nearest_first)
 
 
 class SurfaceField:
@@ -30,6 +35,7 @@ class SurfaceField:
             facing: (H, W, 2) as the attribute, where it is known.
         """
         self.radius = max(1, round(reach / grid.geometry.resolution))
+        self._around = _nearest_first(self.radius)
         self.resolution = grid.geometry.resolution
         self._reaches: NDArray[np.int64] = np.ceil(np.array(NEIGHBOURHOODS) / self.resolution - 1e-9).astype(np.int64)
         self.T_map_grid = grid.geometry.T_map_grid
@@ -57,7 +63,7 @@ class SurfaceField:
         before = self._occupied.reshape(-1)[changed]
         self._occupied.reshape(-1)[changed] = now
         gone, new = changed[before & ~now], changed[now & ~before]
-        kernels.detach(self.nearest, self.squares, self._occupied, gone, self.radius)
+        kernels.detach(self.nearest, self.squares, self._occupied, gone, self._around)
         kernels.attach(self.nearest, self.squares, new, self.radius)
         refit = self.with_neighbours(np.concatenate([changed[now], gone]))
         hits = (grid.hit_count, grid.hit_offset, self.facing)
@@ -65,26 +71,31 @@ class SurfaceField:
 
     def grow(self, grid: OccupancyGrid, shift: tuple[int, int]) -> None:
         """Move into a larger grid whose cell (row, col) + `shift` is the old cell (row, col)."""
-        old_width = self.nearest.shape[1]
         shape = grid.log_odds.shape
         window = tuple(slice(start, start + size) for start, size in zip(shift, self.nearest.shape, strict=True))
-        rows, cols = self.nearest // old_width + shift[0], self.nearest % old_width + shift[1]
-        moved = np.where(self.nearest >= 0, rows * shape[1] + cols, -1)
-        offset = np.array([shift[1], shift[0]], np.float32) * self.resolution
-        surfaces = self.surfaces.copy()
-        surfaces[self._occupied, :2] += offset
-        old_occupied, old_squares, old_facing = self._occupied, self.squares, self.facing
+        old_occupied, old_nearest, old_squares, old_facing = self._occupied, self.nearest, self.squares, self.facing
+        surfaces = np.zeros((*shape, 5), np.float32)
+        surfaces[window] = self.surfaces
         self._occupied = np.zeros(shape, np.bool_)
         self.nearest = np.full(shape, -1, np.int32)
         self.squares = np.full(shape, self.radius**2 + 1, np.int32)
-        self.surfaces = np.zeros((*shape, 5), np.float32)
-        self._occupied[window], self.nearest[window], self.surfaces[window] = old_occupied, moved, surfaces
         self.facing = np.zeros((*shape, 2), np.float32)
-        self.squares[window], self.facing[window] = old_squares, old_facing
+        self._occupied[window], self.squares[window], self.facing[window] = old_occupied, old_squares, old_facing
+        kernels.move(old_nearest, self.nearest, shift)
+        cells = np.flatnonzero(self._occupied)
+        surfaces.reshape(-1, 5)[cells, :2] += np.array([shift[1], shift[0]], np.float32) * self.resolution
+        self.surfaces = surfaces
         # walls near the old border are the nearest ones of cells beyond it
-        kernels.attach(self.nearest, self.squares, np.flatnonzero(self._occupied), self.radius)
+        kernels.attach(self.nearest, self.squares, cells[self._near_border(cells, window)], self.radius)
         self.T_map_grid = grid.geometry.T_map_grid
         self.T_grid_map = self.T_map_grid.inverse()
+
+    def _near_border(self, cells: NDArray[np.int64], window: tuple[slice, ...]) -> NDArray[np.bool_]:
+        """Which of the flat cells (K,) within a window of rows and columns are within the radius of what is beyond it."""
+        near = np.zeros(len(cells), np.bool_)
+        for at, part in zip(np.divmod(cells, self.nearest.shape[1]), window, strict=True):
+            near |= (at < part.start + self.radius) | (at >= part.stop - self.radius)
+        return near
 
     def pose_in_grid(self, T_map_base: SE2) -> SE2:
         """The pose in the grid's own frame, in which the kernels work."""
