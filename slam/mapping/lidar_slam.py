@@ -8,16 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from slam.errors import require_not_negative, require_positive
+from slam.errors import require_not_negative
 from slam.grid import OccupancyGrid
 from slam.mapping.front_end import FrontEnd, Tracking
 from slam.mapping.grid_mapper import FULL, MapSettings
 from slam.mapping.loop_closing import Here, LoopCloser
 from slam.mapping.polish import Polish, Polished, polish
 from slam.mapping.recognition import LoopClosing
+from slam.mapping.region import Region
 from slam.mapping.rendering import render
 from slam.mapping.session import load_session, save_session
-from slam.mapping.submap import Keyframe, Submap
+from slam.mapping.submap import Submap
 from slam.mapping.submap_path import SubmapPath
 from slam.mapping.submaps import Link, Submaps
 from slam.mapping.uncertainty import composed, from_body, to_body
@@ -36,22 +37,11 @@ class LidarSlam:
     map: MapSettings = field(default_factory=MapSettings)
     tracking: Tracking = field(default_factory=Tracking)
     keyframes: KeyframeGate = field(default_factory=KeyframeGate)
-    kept: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.1, 0.1))
-    """Least distance between scans that are kept for the polish."""
-    views: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.3, 0.4))
-    """The same in a full submap, where a scan only shows what is seen from there."""
     attempts: KeyframeGate = field(default_factory=lambda: KeyframeGate(0.5, 0.5))
     """Motion between two attempts to recognise other submaps."""
     closing: LoopClosing = field(default_factory=LoopClosing)
     polish: Polish = field(default_factory=Polish)
-    radius: float = 3.0
-    """A submap is the map of the places within this distance of its origin [m]."""
-    overlap: float = 1.0
-    """So far before the border the next submap is begun [m]."""
-    length: float = 5.0
-    """Way through new places after which a submap takes in no more of them: its own drift is never corrected [m]."""
-    near: float = 1.0
-    """A full submap is the map of the places so near to the scans that it kept until then [m]."""
+    region: Region = field(default_factory=Region)
     entry_known: float = 0.8
     """Share of a scan's points that an older submap must know for the robot to go on in it."""
     close_loops: bool = True
@@ -60,7 +50,6 @@ class LidarSlam:
     """Extend the map of a session; without it the robot is only localised in it."""
 
     def __post_init__(self) -> None:
-        require_positive(self, "radius", "overlap", "length", "near")
         require_not_negative(self, "entry_known")
 
     def build(self, T_map_base: SE2 | None = None) -> LidarSlamPipeline:
@@ -183,15 +172,15 @@ class LidarSlamPipeline:
         return found.T_submap_base
 
     def _keyframe(self, cloud: PointScan, pose: SE2) -> None:
-        if self._settings.mapping:
+        s, current = self._settings, self.submaps[self._current]
+        if s.mapping:
             self._frozen = None
             self._insert(cloud, pose)
         self._inserted = pose
-        current = self.submaps[self._current]
-        if self._settings.close_loops and (not self._covers(current, pose) or self._settings.attempts.passes(self._attempted, pose)):
+        if s.close_loops and (not s.region.covers(current, pose) or s.attempts.passes(self._attempted, pose)):
             self._attempted = pose
             pose = self._recognise_others(cloud, pose)
-        if self._settings.mapping:
+        if s.mapping:
             self._move_on(cloud, pose)
 
     def _insert(self, cloud: PointScan, pose: SE2) -> None:
@@ -200,36 +189,23 @@ class LidarSlamPipeline:
         if self._inserted is not None:
             step = self._inserted.inverse() @ pose
             self._spacing += 0.1 * (math.hypot(step.x, step.y) - self._spacing)
-        self._keep(current, cloud, pose)
+        region = self._settings.region
+        region.keep(current, cloud, pose)
         if self._next is not None:
             T_next_base = self._next.T_current_next.inverse() @ pose
             self._next.submap.insert(T_next_base, cloud)
-            if current.travelled >= self._settings.length:
-                self._keep(self._next.submap, cloud, T_next_base)
-
-    def _covers(self, submap: Submap, pose: SE2, margin: float = 0.0) -> bool:
-        """Whether a place lies in the submap's region, so far from its border [m]."""
-        s = self._settings
-        if math.hypot(pose.x, pose.y) > s.radius - margin:
-            return False
-        return submap.travelled < s.length - margin or submap.outside(pose) < s.near - 0.5 * margin
-
-    def _keep(self, submap: Submap, cloud: PointScan, pose: SE2) -> None:
-        """Keep the scan where the submap has none from nearby: the memory is bounded by the area."""
-        widens = submap.travelled < self._settings.length
-        if submap.is_new(pose, self._settings.kept if widens else self._settings.views):
-            points, origins = cloud.points.astype(np.float32), cloud.origins.astype(np.float32)
-            submap.keep(Keyframe(cloud.stamp, pose, points, origins, widens))
+            if region.is_full(current):
+                region.keep(self._next.submap, cloud, T_next_base)
 
     def _move_on(self, cloud: PointScan, pose: SE2) -> None:
         """Begin the next submap towards the border of this one, and go over into it behind."""
         s, current = self._settings, self.submaps[self._current]
-        if self._covers(current, pose, s.overlap):
+        if s.region.covers(current, pose, s.region.overlap):
             self._next = None
         elif self._next is None:
             self._next = _Next(Submap(len(self.submaps), cloud.stamp, current.T_map_submap @ pose, s.map), pose)
             self._next.submap.insert(SE2(), cloud)
-        if self._next is not None and not self._covers(current, pose):
+        if self._next is not None and not s.region.covers(current, pose):
             self._adopt(self._next)
 
     def _adopt(self, following: _Next) -> None:
@@ -256,12 +232,12 @@ class LidarSlamPipeline:
     def _recognise_others(self, cloud: PointScan, pose: SE2) -> SE2:
         """Tie the current submap to others in which the scan is recognised; go over into an older one about the robot."""
         s, here = self._settings, Here(self._current, pose, to_body(self.front.covariance, pose), cloud)
-        for found in self._closer.around(here, s.radius):
+        for found in self._closer.around(here, s.region.radius):
             if s.mapping:
                 self._closer.close(found, here)
                 self._frozen = None
-            inside = self._covers(self.submaps[found.submap], found.T_submap_base, 0.5 * s.overlap)
-            left = not self._covers(self.submaps[self._current], pose)
+            inside = s.region.covers(self.submaps[found.submap], found.T_submap_base, 0.5 * s.region.overlap)
+            left = not s.region.covers(self.submaps[self._current], pose)
             if inside and found.known > s.entry_known and (found.submap < self._current or left):
                 self._enter(found.submap, found.T_submap_base @ pose.inverse())
                 return found.T_submap_base

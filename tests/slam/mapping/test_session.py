@@ -13,6 +13,7 @@ import pytest
 from slam.errors import SessionError
 from slam.mapping.grid_mapper import MapSettings
 from slam.mapping.lidar_slam import LidarSlam
+from slam.mapping.region import Region
 from slam.mapping.session import NAME, load_session
 from slam.messages import SensorFrame, Status
 from slam.se2 import SE2
@@ -41,7 +42,7 @@ def test_a_session_comes_back_as_it_was(folder: Path, tmp_path: Path) -> None:
 
 
 def test_what_a_full_submap_still_saw_is_kept_and_does_not_widen_it(tmp_path: Path, two_rounds: list[SensorFrame]) -> None:
-    pipeline = LidarSlam(length=1.0, near=2.0).build()
+    pipeline = LidarSlam(region=Region(length=1.0, near=2.0)).build()
     for frame in two_rounds[: len(two_rounds) // 2]:
         pipeline.update(frame)
     pipeline.save(tmp_path)
