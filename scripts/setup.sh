@@ -25,6 +25,6 @@ wanted=$(cat pyproject.toml constraints.txt | cksum)
 stamp=".venv/.installed${extra:+-$extra}"
 if [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ]; then
     echo "Installing bricktwin${extra:+[$extra]} into .venv; the first time this takes a minute or two." >&2
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".${extra:+[$extra]}"
+    .venv/bin/python -m pip install --quiet --no-compile --disable-pip-version-check --constraint constraints.txt --editable ".${extra:+[$extra]}"
     echo "$wanted" > "$stamp"
 fi

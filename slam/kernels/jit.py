@@ -3,40 +3,14 @@
 from __future__ import annotations
 
 import fcntl
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.compiler_lock import global_compiler_lock
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-
-class SharedCache(FunctionCache):
-    """Numba's cache of one kernel, for processes that compile at the same time.
-
-    Numba writes the index of a kernel's versions and the versions themselves one after the other: two processes that do so together
-    leave an index that names the other one's code, which every later run then loads.
-    """
-
-    def load_overload(self, sig: object, target_context: object) -> object:
-        """The compiled version for a signature, or None."""
-        with self._alone():
-            return super().load_overload(sig, target_context)
-
-    def save_overload(self, sig: object, data: object) -> None:
-        """Keep a compiled version."""
-        with self._alone():
-            super().save_overload(sig, data)
-
-    @contextmanager
-    def _alone(self) -> Generator[None]:
-        """No other process is at the kernels of this folder."""
-        with Path(self.cache_path, "kernels.lock").open("ab") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield
 
 
 def njit(function: F) -> F:
@@ -55,6 +29,22 @@ def contracted(function: F) -> F:
 
 
 def _cached(function: F, **options: Any) -> F:  # noqa: ANN401 (Numba's own)
-    dispatcher = cast(Any, numba.njit(nogil=True, error_model="numpy", **options)(function))
-    dispatcher._cache = SharedCache(function)  # what its `enable_caching` does
+    dispatcher = cast(Any, numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function))
+    lock = Path(dispatcher.stats.cache_path, f"{function.__module__}.{function.__name__}.lock")
+    dispatcher.compile = _by_one_process(dispatcher.compile, lock)
     return cast(F, dispatcher)
+
+
+def _by_one_process(compile_kernel: Callable[[object], object], lock: Path) -> Callable[[object], object]:
+    """A kernel's `compile`, for processes that need it at the same time: one compiles, the others wait and load what it has kept.
+
+    Without it they all compile. And Numba writes the index of a kernel's versions and the versions themselves one after the other: two
+    processes that do so together leave an index that names the other one's code, which every later run then loads.
+    """
+
+    def compile_alone(signature: object) -> object:
+        with global_compiler_lock, lock.open("ab") as held:  # the threads' lock first: who has it meets locks in the order of calls
+            fcntl.flock(held, fcntl.LOCK_EX)
+            return compile_kernel(signature)
+
+    return compile_alone
