@@ -140,7 +140,8 @@ def gather(boards: Sequence[Board], pictures: Iterator[Picture], filmed: bool) -
         if picture.image.shape[1::-1] != size:
             width, height = picture.image.shape[1::-1]
             raise UsageError(f"{picture.name} is {width} x {height}, {first.name} {size[0]} x {size[1]}: K belongs to one resolution")
-        views = [(choice, view) for finder, choice in zip(finders, choices, strict=True) if (view := finder.find(picture.image))]
+        markers = finders[0].markers(picture.image)
+        views = [(choice, view) for finder, choice in zip(finders, choices, strict=True) if (view := finder.find(picture.image, markers))]
         without += [] if views or len(without) == LOOKS else [picture]
         kept = [view for choice, view in views if choice.add(view)]
         chosen += kept

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
@@ -14,6 +15,9 @@ from slam.landmarks.markers import MarkerFamily
 from slam.se2 import FloatArray
 
 Image = NDArray[np.uint8]
+Markers = tuple[Sequence[Any], Any]
+"""Corners and ids as OpenCV gives them."""
+NO_MARKERS: Markers = ((), None)
 FEWEST = 8
 """Corners that a view must show; a homography takes four."""
 WINDOWS = (3, 8)
@@ -124,24 +128,41 @@ def refined(grey: Image, pixels: FloatArray, room: float) -> FloatArray:
     return np.asarray(found, np.float64).reshape(-1, 2)
 
 
+def _grey(image: Image) -> Image:
+    return np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
 class BoardFinder:
     """Finds a board's corners; keeps nothing from image to image."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
         self._charuco = cv2.aruco.CharucoDetector(board.layout()) if board.kind == "charuco" else None
+        self._markers = cv2.aruco.ArucoDetector(board.layout().getDictionary()) if board.kind == "charuco" else None
 
-    def find(self, image: Image) -> BoardView | None:
-        """The view of the board in an image (H, W) grey or (H, W, 3) red, green, blue; None where it does not show enough of it."""
-        grey = np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
-        return self._chessboard(grey) if self._charuco is None else self._squares(self._charuco, grey)
+    def find(self, image: Image, markers: Markers = NO_MARKERS) -> BoardView | None:
+        """The view of the board in an image (H, W) grey or (H, W, 3) red, green, blue; None where it does not show enough of it.
+
+        Args:
+            image: to look at.
+            markers: what `markers` has found in it; otherwise they are looked for.
+        """
+        grey = _grey(image)
+        return self._chessboard(grey) if self._charuco is None else self._squares(self._charuco, grey, markers)
+
+    def markers(self, image: Image) -> Markers:
+        """Corners and ids of the dictionary's markers in an image, for `find` of all boards that have it."""
+        if self._markers is None:
+            return NO_MARKERS
+        corners, ids, _ = cast("tuple[Any, Any, Any]", self._markers.detectMarkers(_grey(image)))
+        return NO_MARKERS if ids is None else (corners, ids)
 
     def mirrored(self, image: Image) -> bool:
         """Whether the image shows the board only when it is mirrored; a chessboard looks like one either way."""
         return self._charuco is not None and self.find(image) is None and self.find(np.ascontiguousarray(image[:, ::-1])) is not None
 
-    def _squares(self, detector: cv2.aruco.CharucoDetector, grey: Image) -> BoardView | None:
-        pixels, numbers, _, markers = cast("tuple[Any, Any, Any, Any]", detector.detectBoard(grey))
+    def _squares(self, detector: cv2.aruco.CharucoDetector, grey: Image, found: Markers) -> BoardView | None:
+        pixels, numbers, _, markers = cast("tuple[Any, Any, Any, Any]", detector.detectBoard(grey, None, None, *found))
         if numbers is None:
             return None
         twice = len(np.unique(np.asarray(markers))) < np.size(markers)
