@@ -77,7 +77,7 @@ def test_the_worlds_are_listed_when_nothing_else_is_asked(capsys):
     assert all(name in listing for name in world_names())
 
 
-@pytest.mark.parametrize("argv", [["worlds"], ["--help"], ["run", "--help"]])
+@pytest.mark.parametrize("argv", [["experiment"], ["--help"], ["run", "--help"]])
 def test_a_reader_that_has_gone_is_no_error(argv):
     reading, writing = os.pipe()
     os.close(reading)

@@ -5,7 +5,7 @@ import pytest
 from scripts.cli import main
 from scripts.evaluation.statistics import bootstrap
 
-SHORT = ["--difficulty", "easy", "--maps", "2", "--duration", "6"]
+SHORT = ["--difficulty", "easy", "--maps", "2", "--duration", "3"]
 
 
 def test_the_table_and_the_curves_are_the_same_for_any_number_of_processes(tmp_path):
