@@ -10,7 +10,7 @@ from rich.console import Console
 from tyro.conf import Positional, arg
 
 from scripts.errors import UsageError
-from scripts.options import parse
+from scripts.options import OptionalFile, parse
 
 HELP = "run several pipelines on the same frames: one table, one picture, one page"
 
@@ -47,6 +47,8 @@ class CompareOptions:
     """How imperfect the simulated robot is; see `twin run --help`."""
     camera: Literal["raster", "embree", "none"] = "none"
     """What draws the images of a drive."""
+    spec: OptionalFile = None
+    """TOML file that describes the robot, as in `twin run`."""
     out: Annotated[Path, arg(metavar="FOLDER")] = field(default=Path("runs/compare"))
     """Folder for the results: compare.html, compare.png, compare.csv, and one run folder for each pipeline."""
 

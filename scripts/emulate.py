@@ -13,14 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 from tyro.conf import arg
 
+from hardware.drivers import ev3dev_server
+from hardware.drivers.brick_driver import OUTPUTS, Ev3Ports
 from hardware.drivers.transport import host_and_port
 from hardware.emulators.channels import Channel, PtyChannel, TcpChannel
 from hardware.emulators.d435 import D435
 from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
+from hardware.emulators.ev3dev_brick import Ev3devBrick
 from hardware.emulators.port import Port
 from hardware.emulators.urg_lidar import UrgLidar
 from hardware.protocols import ev3_direct
 from hardware.protocols.ev3_direct import Beacon
+from hardware.robot_file import RobotFile, read_robot_file
 from scripts.errors import UsageError
 from scripts.options import OptionalFile, parse
 from scripts.runs.interruption import interruptible
@@ -28,7 +32,7 @@ from slam.messages import Trajectory
 
 if TYPE_CHECKING:
     from sim.twin import Twin
-    from sim.wire import WiredTwin
+    from sim.wire import WiredTwin, Wiring
 
 HELP = "serve the devices of the real robot on ports, with the twin behind them"
 SERIAL = "001653000000"
@@ -62,7 +66,8 @@ class EmulateOptions:
     seed: Annotated[int, arg(metavar="N")] = 0
     """Of all its noise."""
     ev3: Annotated[str, arg(metavar="WHERE")] = "tcp:127.0.0.1:5555"
-    """Where the brick is served: tcp:HOST:PORT (port 0: any that is free), or the path that a pseudo-terminal shall have."""
+    """Where the brick is served: tcp:HOST:PORT (port 0: any that is free), the path that a pseudo-terminal shall have, or
+    ev3dev:HOST:PORT for a brick with ev3dev, whose own server runs on files as its kernel has them."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "tcp:127.0.0.1:10940"
     """Where the lidar is served: tcp:HOST:PORT, or the path that a pseudo-terminal shall have."""
     camera: Annotated[str, arg(metavar="WHERE")] = "none"
@@ -71,7 +76,9 @@ class EmulateOptions:
     painter: Literal["raster", "embree"] = "raster"
     """What draws the camera's images, as in `twin run`."""
     delay: Literal["none", "usb", "bluetooth"] = "usb"
-    """How long the brick takes to answer."""
+    """How long the stock firmware takes to answer; a brick with ev3dev takes the time that its server takes."""
+    spec: OptionalFile = None
+    """Wheels, mounts and ports of the robot that the devices are of, robot.toml, as in `twin run`."""
     truth: OptionalFile = None
     """File for the true way, a TUM trajectory on the clock of this computer, written as it goes; `twin run --truth` scores with it."""
     duration: Annotated[float | None, arg(metavar="S", help_behavior_hint="(default: until Ctrl-C)")] = None
@@ -97,13 +104,15 @@ def serve(options: EmulateOptions) -> None:
     from sim.twin import Twin
     from sim.wire import WiredTwin, on_the_wire
 
+    robot = RobotFile() if options.spec is None else read_robot_file(options.spec)
     eyes = {"camera": options.painter} if options.camera != "none" else {}
-    body = backend_class(options.robot)(world=options.world, seed=options.seed, realism=on_the_wire(options.realism), **eyes)
+    realism = on_the_wire(options.realism)
+    body = backend_class(options.robot)(world=options.world, seed=options.seed, realism=realism, spec=robot.spec, **eyes)
     assert isinstance(body, Twin), f"{options.robot} is no twin"
-    twin = WiredTwin(body, time.monotonic)
+    twin = WiredTwin(body, time.monotonic, wiring_of(robot.ports))
     with ExitStack() as stack, interruptible() as stopped:
         stack.enter_context(twin)
-        brick = Port(Ev3Brick(twin, wifi=options.ev3.startswith("tcp:"), delay=DELAYS[options.delay]), channel_at(options.ev3))
+        brick = _brick(options, twin)
         lidar = Port(UrgLidar(twin.next_turn, twin.now), channel_at(options.lidar))
         camera = _camera(options.camera, twin, body)
         for port in (brick, lidar, *camera):
@@ -118,6 +127,20 @@ def serve(options: EmulateOptions) -> None:
             if truth is not None:
                 truth.write(_lines(twin.new_truth()))
                 truth.flush()
+
+
+def wiring_of(ports: Ev3Ports) -> Wiring:
+    """The twin's side of what is plugged in where."""
+    from sim.wire import Wiring
+
+    left, right = (OUTPUTS.index(output) for output in (ports.left, ports.right))
+    return Wiring(left, right, ports.gyro - 1 if ports.gyro else None, ports.reversed)
+
+
+def _brick(options: EmulateOptions, twin: WiredTwin) -> Port | Ev3devBrick:
+    if options.ev3.startswith("ev3dev:"):
+        return Ev3devBrick(twin, *_place(options.ev3.removeprefix("ev3dev:"), ev3dev_server.PORT))
+    return Port(Ev3Brick(twin, wifi=options.ev3.startswith("tcp:"), delay=DELAYS[options.delay]), channel_at(options.ev3))
 
 
 def _camera(address: str, twin: WiredTwin, body: Twin) -> list[Port]:
@@ -154,10 +177,12 @@ def channel_at(address: str) -> Channel:
         raise UsageError("an address is missing: write tcp:HOST:PORT, or a path for a pseudo-terminal")
     if not address.startswith("tcp:"):
         return PtyChannel(Path(address))
-    place = address.removeprefix("tcp:")
-    if place.endswith(":0"):
-        return TcpChannel(place.removesuffix(":0") or "127.0.0.1", 0)
-    return TcpChannel(*host_and_port(place, 0))
+    return TcpChannel(*_place(address.removeprefix("tcp:"), 0))
+
+
+def _place(place: str, port: int) -> tuple[str, int]:
+    """Host and port to serve on; port 0 is any that is free."""
+    return (place.removesuffix(":0") or "127.0.0.1", 0) if place.endswith(":0") else host_and_port(place, port)
 
 
 def _beacon(address: str) -> ExitStack:

@@ -154,7 +154,7 @@ def keyboard() -> Generator[Keyboard, None, None]:
 
 def _run_options(options: TeleopOptions) -> RunOptions:
     if is_twin(RunOptions(robot=options.robot)):
-        return RunOptions(robot=options.robot, world=options.world, camera=options.camera)
+        return RunOptions(robot=options.robot, world=options.world, camera=options.camera, spec=options.spec)
     if options.robot == "ev3":
         return RunOptions(robot="ev3", ev3=options.ev3, lidar=options.lidar, camera=options.camera, spec=options.spec)
     return RunOptions(robot=options.robot, spec=options.spec)

@@ -6,7 +6,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,6 @@ from worlds.loader import load_world
 
 BEAT = 0.004
 """Longest time between two looks at the clock [s]."""
-GYRO_INPUT = 3
-"""Counted from 0."""
 NOT_OF_THE_BODY = "drive.ramp=1e6,imu.latency=0,imu.jitter=0,imu.tail_share=0,imu.drop=0"
 """What the twin does for the link and the program on the brick; here the real driver and the emulator do it."""
 WAITING = 3
@@ -36,6 +34,19 @@ REHEARSAL = 0.2
 """Time for each motion of a rehearsal: two turns of the lidar [s]."""
 EVERY = 5
 """Physics steps from one true pose to the next."""
+
+
+class Wiring(NamedTuple):
+    """What is plugged into the brick where."""
+
+    left: int = 0
+    """Output of the left motor, A is 0."""
+    right: int = 3
+    """Output of the right motor."""
+    gyro: int | None = 3
+    """Input of the gyro, the first is 0; None: there is none."""
+    reversed: bool = False
+    """The motors are mounted the other way round: counting up moves the robot backwards."""
 
 
 def on_the_wire(realism: str) -> str:
@@ -49,17 +60,19 @@ class WiredTwin(Openable):
     It is the `Body` of an emulated brick and the source of an emulated lidar and camera.
     """
 
-    def __init__(self, twin: Twin, clock: Callable[[], float], outputs: tuple[int, int] = (0, 3)) -> None:
+    def __init__(self, twin: Twin, clock: Callable[[], float], wiring: Wiring | None = None) -> None:
         """Wire it up.
 
         Args:
             twin: the parameters of a twin, its realism made by `on_the_wire`.
             clock: the host's monotonic clock [s].
-            outputs: of the brick, to which the left and the right motor are plugged (A is 0).
+            wiring: motors at A and D and the gyro at 4 unless it says else.
         """
         self._twin = twin
         self._clock = clock
-        self._outputs = outputs
+        self._wiring = wiring or Wiring()
+        self._outputs = (self._wiring.left, self._wiring.right)
+        self._sign = -1 if self._wiring.reversed else 1
         self._lock = threading.RLock()
         self._queues = _queues()
         self._inbox = {name: self._queues[name].subscribe() for name in ("imu", "scans", "images")}
@@ -112,24 +125,29 @@ class WiredTwin(Openable):
         with self._lock:
             now = self._catch_up()
             row = self.simulation.motion.row_at(now)
-        return math.degrees(float(row[WHEELS + self._outputs.index(output)]))
+        return self._sign * math.degrees(float(row[WHEELS + self._outputs.index(output)]))
 
-    def turn(self, output: int, percent: int) -> None:
+    def turn(self, output: int, percent: float) -> None:
         """Regulate a motor to a speed in percent; 0 brakes."""
         if output not in self._outputs:
             return
         with self._lock:
             self._catch_up()
-            self._goals[self._outputs.index(output)] = percent * PERCENT_RATE
+            self._goals[self._outputs.index(output)] = self._sign * percent * PERCENT_RATE
             self.simulation.turn_wheels((self._goals[0], self._goals[1]))
 
     def release(self, output: int) -> None:
         """A motor that floats brakes here too: the twin's motors know no other rest."""
         self.turn(output, 0)
 
+    def motors(self) -> tuple[int, ...]:
+        """Outputs with a motor."""
+        return self._outputs
+
     def sensors(self) -> dict[int, int]:
-        """The gyro in input 4."""
-        return {GYRO_INPUT: ev3_direct.GYRO} if self._twin.spec.imu is not None else {}
+        """The gyro."""
+        gyro = self._wiring.gyro
+        return {} if gyro is None or self._twin.spec.imu is None else {gyro: ev3_direct.GYRO}
 
     def sense(self, number: int, mode: int) -> tuple[float, ...]:
         """The gyro's angle and rate: whole degrees, clockwise."""

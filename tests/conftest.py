@@ -71,6 +71,9 @@ class Rollers:
     def release(self, output: int) -> None:
         self.turn(output, 0)
 
+    def motors(self) -> tuple[int, ...]:
+        return 0, 3
+
     def sensors(self) -> dict[int, int]:
         return self.plugged
 

@@ -19,12 +19,16 @@ class Chassis(Protocol):
         """Time [s]."""
         ...
 
+    def motors(self) -> tuple[int, ...]:
+        """Outputs with a large motor (A is 0)."""
+        ...
+
     def angle_deg(self, output: int) -> float:
         """How far a motor has turned (A is 0)."""
         ...
 
-    def turn(self, output: int, percent: int) -> None:
-        """Regulate a motor to a speed, -100 to 100; 0 brakes."""
+    def turn(self, output: int, percent: float) -> None:
+        """Regulate a motor to a speed, -100 to 100; 0 brakes. The stock firmware knows whole percent only."""
         ...
 
     def release(self, output: int) -> None:

@@ -22,6 +22,10 @@ class Sensing(Protocol):
         """Time [s]."""
         ...
 
+    def motors(self) -> tuple[int, ...]:
+        """Outputs with a large motor (A is 0)."""
+        ...
+
     def sensors(self) -> dict[int, int]:
         """Input 0..3 -> type."""
         ...
@@ -43,7 +47,7 @@ class Inputs:
     def identity(self, number: int) -> tuple[int, int]:
         """Type and mode of an input."""
         if 0 <= number - ev3_direct.MOTOR_INPUTS < len(self._motors):
-            kind = ev3_direct.LARGE_MOTOR if number - ev3_direct.MOTOR_INPUTS in (0, 3) else ev3_direct.NO_SENSOR
+            kind = ev3_direct.LARGE_MOTOR if number - ev3_direct.MOTOR_INPUTS in self._body.motors() else ev3_direct.NO_SENSOR
         else:
             kind = self._body.sensors().get(number, ev3_direct.NO_SENSOR)
         return kind, self._modes.get(number, 0)

@@ -17,8 +17,6 @@ from hardware.protocols import ev3_direct
 
 BEAT = 0.002
 """Between two looks at the files [s]."""
-PERCENT = ev3_direct.PERCENT_DEG
-"""Speed of 1 % [deg/s]."""
 MICRO = 1e6
 
 
@@ -33,22 +31,29 @@ class Body(Chassis, Sensing, Protocol):
 class Ev3devTree(Openable):
     """Keeps a folder up to date from `open` to `close`, and the body at what the server writes."""
 
-    def __init__(self, body: Body, root: Path, outputs: str = "AD") -> None:
+    def __init__(self, body: Body, root: Path) -> None:
         self._body = body
         self._root = root
-        self._motors = {output: root / "tacho-motor" / f"motor{k}" for k, output in enumerate(outputs)}
+        self._motors = {output: root / "tacho-motor" / f"motor{k}" for k, output in enumerate(body.motors())}
         self._gyros = {
             number: root / "lego-sensor" / f"sensor{number}" for number, kind in body.sensors().items() if kind == ev3_direct.GYRO
         }
         self._battery = root / "power_supply" / "lego-ev3-battery"
-        self._percents: dict[str, int] = {}
+        self._speeds_deg: dict[int, float] = {}
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._follow, name="ev3dev", daemon=True)
 
     def open(self) -> None:
         """Make the files."""
         for output, folder in self._motors.items():
-            _make(folder, address=f"ev3-ports:out{output}", driver_name="lego-ev3-l-motor", command="", speed_sp="0", stop_action="coast")
+            _make(
+                folder,
+                address=f"ev3-ports:out{chr(ord('A') + output)}",
+                driver_name="lego-ev3-l-motor",
+                command="",
+                speed_sp="0",
+                stop_action="coast",
+            )
         for number, folder in self._gyros.items():
             _make(folder, address=f"ev3-ports:in{number + 1}", driver_name="lego-ev3-gyro", mode="GYRO-ANG")
         _make(self._battery)
@@ -67,16 +72,16 @@ class Ev3devTree(Openable):
                 self._obey(output, folder)
             self._report()
 
-    def _obey(self, output: str, folder: Path) -> None:
+    def _obey(self, output: int, folder: Path) -> None:
         runs = _read(folder / "command").startswith("run-forever")
-        percent = round(_number(_read(folder / "speed_sp")) / PERCENT) if runs else 0
-        if percent != self._percents.get(output, 0):
-            self._percents[output] = percent
-            self._body.turn(ord(output) - ord("A"), percent)
+        speed_deg = _number(_read(folder / "speed_sp")) if runs else 0.0
+        if speed_deg != self._speeds_deg.get(output, 0.0):
+            self._speeds_deg[output] = speed_deg
+            self._body.turn(output, speed_deg / ev3_direct.PERCENT_DEG)
 
     def _report(self) -> None:
         for output, folder in self._motors.items():
-            _write(folder / "position", math.floor(self._body.angle_deg(ord(output) - ord("A")) + 0.5))
+            _write(folder / "position", math.floor(self._body.angle_deg(output) + 0.5))
         for number, folder in self._gyros.items():
             mode = ev3_direct.GYRO_RATE if _read(folder / "mode") == "GYRO-RATE" else ev3_direct.GYRO_ANGLE
             _write(folder / "value0", round(self._body.sense(number, mode)[0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,7 +13,7 @@ from tyro.conf import arg
 from scripts.calibrations.coverage import Views, write_coverage_png
 from scripts.calibrations.sources import FILMS, Picture, film, photographs, seen_by_robot, standstills
 from scripts.errors import UsageError
-from scripts.options import parse
+from scripts.options import OptionalFile, parse
 from scripts.runs.body import TWINS
 from scripts.runs.files import OutputError
 from scripts.runs.options import RunOptions
@@ -56,6 +56,14 @@ class CameraOptions:
     """Of a simulation."""
     realism: Annotated[str, arg(metavar="NAME")] = "datasheet"
     """Of a simulation."""
+    ev3: Annotated[str, arg(metavar="WHERE")] = "usb"
+    """Where the real robot's brick is, as in `twin run`."""
+    lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"
+    """Where its lidar is, as in `twin run`."""
+    camera: Annotated[str, arg(metavar="WHERE")] = "usb"
+    """Where its camera is, as in `twin run`."""
+    spec: OptionalFile = None
+    """TOML file that describes the robot, as in `twin run`."""
     kind: Literal["charuco", "chessboard"] = "charuco"
     """What the board is: a ChArUco board may be seen in part, a chessboard must be seen whole."""
     squares: Annotated[tuple[int, int], arg(metavar="ACROSS DOWN")] = (Board().columns, Board().rows)
@@ -93,12 +101,17 @@ class CameraOptions:
         if bool(self.images) == bool(self.robot):
             raise UsageError("give either --images with photographs, a folder or a film, or --robot")
         if self.robot:
-            twin = {"world": self.world, "seed": self.seed, "realism": self.realism, "camera": "raster", "policy": self.policy or "spin"}
-            own = twin if self.robot in TWINS else {"policy": self.policy or ("none" if ":" in self.robot else "spin")}
-            return standstills(seen_by_robot(RunOptions(robot=self.robot, **own), self.duration)), True
+            return standstills(seen_by_robot(self._robot_options(), self.duration)), True
         if self.images[0].suffix.lower() in FILMS:
             return standstills(film(self.images[0])), True
         return photographs(self.images), False
+
+    def _robot_options(self) -> RunOptions:
+        policy = self.policy or ("none" if ":" in self.robot else "spin")
+        shared = RunOptions(robot=self.robot, policy=policy, spec=self.spec)
+        if self.robot in TWINS:
+            return replace(shared, world=self.world, seed=self.seed, realism=self.realism, camera="raster")
+        return replace(shared, ev3=self.ev3, lidar=self.lidar, camera=self.camera) if self.robot == "ev3" else shared
 
 
 def main(argv: list[str]) -> int:

@@ -45,6 +45,7 @@ def run_all(options: CompareOptions) -> Records:
         seed=options.seed,
         realism=options.realism,
         camera=options.camera,
+        spec=options.spec,
         record=True,
     )
     if localizers and place is None:
@@ -59,7 +60,8 @@ def run_all(options: CompareOptions) -> Records:
 
 def _run(name: str, options: CompareOptions, recording: Path, place: Path | None, start: tuple[float, float, float] | None) -> RunRecord:
     known = {"map": place, "start": start} if name in LOCALIZERS else {}
-    return execute(RunOptions(robot=f"replay:{recording}", pipeline=name, out=options.out / name, **known)).record
+    told = options.spec if options.recording is not None else None  # a drive of ours says itself what its robot is
+    return execute(RunOptions(robot=f"replay:{recording}", pipeline=name, spec=told, out=options.out / name, **known)).record
 
 
 def _start(recording: Path, given: GivenMap) -> tuple[float, float, float] | None:

@@ -185,10 +185,9 @@ def _described(path: Path) -> dict[str, Any]:
 def _twin_parameters(options: RunOptions, name: str, path: str) -> dict[str, Any]:
     if path:
         raise UsageError(f"--robot {name} takes no '{path}'; a world is chosen by --world")
-    if options.spec is not None:
-        raise UsageError(f"--spec describes the robot of a recording; --robot {name} has its own, leave the option out")
     load_world(options.world)
-    return {option: getattr(options, option) for option in OF_THE_SIMULATION}
+    described = {} if options.spec is None else {"spec": read_robot_file(options.spec).spec}
+    return {option: getattr(options, option) for option in OF_THE_SIMULATION} | described
 
 
 def _walls_beside(recording: Path, robot: Robot) -> FloatArray | None:

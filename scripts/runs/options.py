@@ -78,8 +78,11 @@ class RunOptions:
     """Where its lidar is: the path of a serial port, or `tcp:HOST[:PORT]`."""
     truth: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none)")] = None
     """Trajectory (TUM) on this computer's clock that an `ev3` is scored with: `twin emulate --truth` writes one when it ends."""
-    spec: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: what the recording says)")] = None
-    """TOML file that describes the robot of a recording, see docs/recordings.md, or the real one."""
+    spec: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: the robot of docs/robot.md; what a recording says)")] = (
+        None
+    )
+    """TOML file that describes the robot: of a recording, see docs/recordings.md, the real one, see docs/hardware.md, or what a twin is
+    believed to be."""
     out: Annotated[Path | None, arg(metavar="FOLDER", help_behavior_hint="(default: runs/WORLD-PIPELINE, runs/RECORDING-PIPELINE)")] = None
     """Folder for the results, made if missing; results of an earlier run in it are replaced."""
     record: bool = False

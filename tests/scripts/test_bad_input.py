@@ -36,7 +36,7 @@ def refused(capsys, tmp_path):
         ("--robot replay", "--robot replay needs a recording"),
         ("--robot replay:", "--robot replay needs a recording"),
         ("--robot replay:nowhere", "recording nowhere: cannot be read: No such file or directory"),
-        ("--spec robot.toml", "--spec describes the robot of a recording"),
+        ("--spec nowhere.toml", "robot specification nowhere.toml: cannot be read: No such file or directory"),
         ("--duration nan", "--duration nan: give a positive number of seconds"),
         ("--duration 0", "--duration 0: give a positive number of seconds"),
         ("--duration -1", "--duration -1: give a positive number of seconds"),

@@ -26,6 +26,29 @@ def test_the_doctor_says_what_is_missing(capsys):
     assert "plug the device in" in said
 
 
+@pytest.mark.wall_clock
+def test_a_brick_with_ev3dev_is_wired_as_its_file_says(emulate, tmp_path, capsys):
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[ports]\nleft = "C"\nright = "B"\ngyro = 2\nreversed = true\n')
+    brick, lidar = emulate("--ev3", "ev3dev:127.0.0.1:0", "--spec", str(robot))
+    assert brick.startswith("ev3dev:127.0.0.1:")
+    assert doctor(["--ev3", brick, "--lidar", lidar, "--spec", str(robot), "--wheels"]) == 0
+    said = capsys.readouterr().out
+    assert "motors at C and B, gyro at 2" in said
+    assert "FIX" not in said
+    assert doctor(["--ev3", brick, "--lidar", lidar]) == 1
+    assert "nothing is plugged into ev3-ports:outA" in capsys.readouterr().out
+
+
+@pytest.mark.wall_clock
+def test_a_brick_with_stock_firmware_is_wired_as_its_file_says(emulate, tmp_path, capsys):
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[ports]\nleft = "C"\nright = "B"\ngyro = 2\nreversed = true\n')
+    brick, lidar = emulate("--spec", str(robot))
+    assert doctor(["--ev3", brick, "--lidar", lidar, "--spec", str(robot), "--wheels"]) == 0
+    assert "FIX" not in capsys.readouterr().out
+
+
 def test_delays_are_those_measured():
     usb = sorted(DELAYS["usb"]() for _ in range(999))
     assert usb[499] == pytest.approx(0.0084, rel=0.1)
@@ -49,6 +72,8 @@ def test_an_address_that_is_none_is_an_error(address):
         (["emulate", "--duration", "-1"], "positive number"),
         (["emulate", "--camera", "camera.pty", "--ev3", "tcp:127.0.0.1:0"], "tcp:HOST:PORT or none"),
         (["emulate", "--world", "nowhere", "--ev3", "tcp:127.0.0.1:0"], "nowhere"),
+        (["emulate", "--robot", "kinematic", "--ev3", "ev3dev:192.0.2.1:0"], "no brick with ev3dev at ev3dev:192.0.2.1:0"),
+        (["emulate", "--spec", "nowhere.toml"], "nowhere.toml: cannot be read"),
     ],
 )
 def test_mistakes_are_one_line(capsys, tmp_path, monkeypatch, arguments, words):
