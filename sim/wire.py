@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 from collections import deque
@@ -22,10 +23,15 @@ from slam.messages import Imu, LaserScan, RgbdImage, Trajectory
 from slam.se2 import SE2
 from worlds.loader import load_world
 
+_log = logging.getLogger(__name__)
 BEAT = 0.004
 """Longest time between two looks at the clock [s]."""
 NOT_OF_THE_BODY = "drive.ramp=1e6,imu.latency=0,imu.jitter=0,imu.tail_share=0,imu.drop=0"
 """What the twin does for the link and the program on the brick; here the real driver and the emulator do it."""
+AT_ONCE = 1.0
+"""Most of the time that has passed is caught up with at once [s]: on a machine that is too slow the twin lags, and still answers."""
+LATE = 0.5
+"""A twin that is so far behind is told of [s]."""
 WAITING = 3
 """Turns of the lidar, and images, that are kept for a client."""
 VOLTS, AMPERES = 8.0, 0.2
@@ -82,6 +88,7 @@ class WiredTwin(Openable):
         self._rate_deg = 0.0
         self._angle_deg = 0.0
         self._told = 0
+        self._late = False
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
         self._simulation: Simulation | None = None
@@ -195,9 +202,13 @@ class WiredTwin(Openable):
 
     def _catch_up(self) -> float:
         """Bring the twin to the present; returns its time [s]."""
-        now = self._clock() - self.start
-        if now <= self.simulation.now:
+        behind = self._clock() - self.start - self.simulation.now
+        if behind <= 0.0:
             return self.simulation.now
+        if behind > LATE and not self._late:
+            _log.warning("the twin is %.1f s behind: this machine is too busy for real time; close other programs", behind)
+        self._late = behind > LATE
+        now = self.simulation.now + min(behind, AT_ONCE)
         self.simulation.advance(now, self._queues)
         for reading in self._inbox["imu"].take():
             self._feel(reading)

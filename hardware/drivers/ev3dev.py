@@ -95,4 +95,7 @@ class Ev3devSession:
         answer, found, self._pending = self._pending.partition(b"\n")
         if not found:
             raise LinkError("EV3", "its server does not answer", "start it: twin install")
-        return answer.decode("ascii", "replace")
+        said, _, total = answer.rpartition(b" *")
+        if total != b"%02X" % (sum(said) % 256):
+            raise LinkError("EV3", f"it answers '{answer.decode('ascii', 'replace')}'", "restart its server: twin install")
+        return said.decode("ascii", "replace")

@@ -2,8 +2,10 @@
 
 One line asks, one line answers, in the units of the brick:
 
-    ports A D 4         ->  ok                                     wheels' outputs (left, right), the gyro's input or 0
-    -120 240            ->  COUNT COUNT RATE MICROVOLT MICROSECOND [deg/s] of both wheels; counters [deg], gyro [deg/s, or "none"]
+    ports A D 4         ->  ok *DA                                 wheels' outputs (left, right), the gyro's input or 0
+    -120 240            ->  COUNT COUNT RATE MICROVOLT MICROSECOND *SUM     [deg/s] of both wheels; counters [deg], gyro [deg/s, or "none"]
+
+An answer ends with the sum of the bytes before its star, modulo 256, as two hex digits: of half a number nothing else would tell.
 
 When nothing has been asked for SILENCE the wheels slow down and brake by themselves, whether the line is whole or not.
 The newest client is the one that is listened to.
@@ -158,6 +160,12 @@ class Brick:
             motor.run(speed_deg)
 
 
+def summed(answer: str) -> bytes:
+    """A line with its sum."""
+    said = answer.encode("ascii", "replace")
+    return said + b" *%02X\n" % (sum(said) % 256)
+
+
 def find_battery(root: str) -> str:
     """The folder of the brick's battery."""
     return os.path.join(root, "power_supply", "lego-ev3-battery")
@@ -179,7 +187,7 @@ class Client:
             lines = (self._pending + received).split(b"\n")
             self._pending = lines.pop()
             for line in lines:
-                self.link.sendall((brick.answer(line.decode("ascii", "replace")) + "\n").encode())
+                self.link.sendall(summed(brick.answer(line.decode("ascii", "replace"))))
         except OSError:
             return False
         return bool(received) and len(self._pending) <= 4096

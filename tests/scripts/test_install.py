@@ -51,7 +51,7 @@ def test_one_command_copies_the_server_and_starts_it_and_a_second_one_replaces_i
             pids.append(int((brick / "bricktwin_server.py.pid").read_text()))
             with socket.create_connection(("127.0.0.1", port), 2.0) as client:
                 client.sendall(b"ports A D 4\n")
-                assert client.recv(64) == b"ok\n"
+                assert client.recv(64) == b"ok *DA\n"
     assert pids[0] != pids[1]
     time.sleep(0.1)
     with pytest.raises(ProcessLookupError):

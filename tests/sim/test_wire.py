@@ -11,7 +11,9 @@ from hardware.emulators.ev3_brick import BeaconSender, Ev3Brick
 from hardware.emulators.port import Port
 from hardware.protocols.ev3_direct import Beacon
 from sim.kinematic import Kinematic
-from sim.wire import WiredTwin, on_the_wire
+from sim.wire import WiredTwin, Wiring, on_the_wire
+from slam.se2 import SE2
+from worlds.loader import load_world
 
 
 class HandClock:
@@ -89,6 +91,27 @@ def test_every_turn_of_the_lidar_comes_once_and_in_order(twin, clock):
     assert len(turns) >= 8
     assert np.diff([turn.stamp for turn in turns]) == pytest.approx([0.1] * (len(turns) - 1), abs=1e-6)
     assert len(turns[0].ranges_mm) == 682
+
+
+def test_a_machine_that_is_too_slow_is_told_of_and_the_twin_still_answers(twin, clock, caplog):
+    clock.go_on(3.0)
+    assert twin.angle_deg(0) == pytest.approx(0.0)
+    assert twin.simulation.now < 2.9
+    assert "too busy for real time" in caplog.text
+    for _ in range(3):
+        twin.angle_deg(0)
+    assert twin.simulation.now == pytest.approx(3.0)
+
+
+def test_a_twin_is_wired_as_it_is_told(clock):
+    wiring = Wiring(left=2, right=1, gyro=1, reversed=True)
+    with WiredTwin(Kinematic(world="hall", realism=on_the_wire("ideal")), clock, wiring) as twin:
+        assert (twin.motors(), list(twin.sensors())) == ((2, 1), [1])
+        for output in twin.motors():
+            twin.turn(output, -30.5)
+        clock.go_on(0.8)
+        assert twin.angle_deg(2) < -150.0
+        assert (SE2(*load_world("hall").start).inverse() @ twin.pose(clock.now)).x > 0.05
 
 
 def test_the_truth_is_told_once_at_times_of_the_host(twin, clock):

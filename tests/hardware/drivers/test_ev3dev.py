@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,10 @@ from hardware.bricks import make_brick
 from hardware.drivers import ev3dev_server
 from hardware.drivers.brick_driver import Ev3Ports
 from hardware.drivers.errors import DeviceError, LinkError
+from hardware.emulators.channels import TcpChannel
 from hardware.emulators.ev3dev_tree import Ev3devTree
+from hardware.emulators.port import Port
+from hardware.emulators.relay import Relay
 from hardware.ev3_robot import Ev3
 from hardware.queues import EventQueue
 from hardware.spec import RobotSpec
@@ -109,7 +113,7 @@ def test_the_newest_client_is_listened_to_and_a_lost_server_is_found_again(serve
     with Closing(driver):
         with socket.create_connection(("127.0.0.1", int(server[0].rpartition(":")[2]))) as rival:
             rival.sendall(b"ports A D 4\n")
-            assert rival.recv(64) == b"ok\n"
+            assert rival.recv(64) == b"ok *DA\n"
         end = time.monotonic() + 5.0
         while driver.losses == 0 and time.monotonic() < end:
             time.sleep(0.02)
@@ -156,3 +160,23 @@ def test_the_server_is_python_of_the_brick():
     imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     assert imported <= {"argparse", "os", "select", "socket", "sys", "time"}
     assert not any(isinstance(node, ast.JoinedStr | ast.AnnAssign | ast.ImportFrom | ast.NamedExpr) for node in ast.walk(tree))
+
+
+def test_half_an_answer_is_no_reading(server, rollers):
+    """Between driver and server something bites off the begin of an answer: what is left looks like one."""
+
+    rollers.angles = [7654.0] * 4
+    relay = Relay("127.0.0.1", int(server[0].rpartition(":")[2]))
+    with closing(relay), Port(relay, TcpChannel()) as port:
+        driver, (odometry, _) = driver_at(f"ev3dev:{port.address.removeprefix('tcp:')}")
+        with Closing(driver):
+            port.disturbed = lambda answer: answer[1:]
+            end = time.monotonic() + 5.0
+            while driver.losses == 0 and time.monotonic() < end:
+                time.sleep(0.02)
+            port.disturbed = bytes
+            while not driver.link and time.monotonic() < end:
+                time.sleep(0.02)
+            assert driver.losses > 0
+            assert driver.link
+    assert all(reading.T_odom_base.x == 0.0 for reading in odometry.take())
