@@ -125,13 +125,13 @@ class WiredTwin(Openable):
         """Time since the twin's start [s]."""
         return self._clock() - self.start
 
-    def angle_deg(self, output: int) -> float:
-        """Angle of a motor now [deg]."""
+    def angle_deg(self, output: int, t: float | None = None) -> float:
+        """Angle of a motor [deg] now, or at host time `t` [s] of the last half second."""
         if output not in self._outputs:
             return 0.0
         with self._lock:
             now = self._catch_up()
-            row = self.simulation.motion.row_at(now)
+            row = self.simulation.motion.row_at(now if t is None else t - self.start)
         return self._sign * math.degrees(float(row[WHEELS + self._outputs.index(output)]))
 
     def turn(self, output: int, percent: float) -> None:

@@ -39,6 +39,7 @@ GROUPS = (
     "realism",
     "odometry",
     "protocols",
+    "wire",
     "demo",
     "recordings",
     "envs",

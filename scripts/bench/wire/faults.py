@@ -1,0 +1,100 @@
+"""Minutes of faults on every driver: cut and disturbed answers, silence, a plug that is pulled and put back."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from hardware.emulators.port import Port
+from scripts.bench.row import Row
+from scripts.bench.wire.brick_trial import BrickTrial
+from scripts.bench.wire.lidar_trial import LidarTrial
+
+SHORTEST, LONGEST = 0.1, 1.5
+"""Of a fault [s]."""
+REST = 0.5
+"""Between two faults [s]."""
+PATIENCE = 10.0
+"""A driver that is not back after so long is not waited for [s]."""
+LOOK = 0.02
+"""Between two looks at what the driver says [s]."""
+KINDS = ("cut", "garbage", "silence", "unplug")
+
+
+class Trial(Protocol):
+    """A driver on a wire whose far end knows the truth."""
+
+    name: str
+    port: Port
+    wrong: int
+    """Readings that are not true."""
+    newest: float
+    """Time of the newest true reading on the host's clock [s]."""
+
+    def look(self) -> None:
+        """Take what the driver says, and judge it."""
+        ...
+
+
+@dataclass
+class Ordeal:
+    """What has befallen a driver."""
+
+    trial: Trial
+    rng: random.Random
+    count: int = 0
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
+    """Longest time from the end of a fault to the first true reading, by the kind of the fault [s]."""
+
+    def befall(self) -> None:
+        """One fault, and the way back."""
+        kind, port = self.rng.choice(KINDS), self.trial.port
+        if kind == "unplug":
+            port.unplug()
+        elif kind == "silence":
+            port.silent = True
+        else:
+            port.disturbed = self._cut if kind == "cut" else self._garbage
+        end = time.monotonic() + self.rng.uniform(SHORTEST, LONGEST)
+        self._watch(lambda: time.monotonic() > end)
+        port.silent, port.disturbed = False, bytes
+        port.replug()
+        whole = time.monotonic()
+        self._watch(lambda: self.trial.newest > whole or time.monotonic() > whole + PATIENCE)
+        self.worst[kind] = max(self.worst[kind], time.monotonic() - whole)
+        self.count += 1
+        rested = time.monotonic() + REST
+        self._watch(lambda: time.monotonic() > rested)
+
+    def _watch(self, done: Callable[[], bool]) -> None:
+        while not done():
+            self.trial.look()
+            time.sleep(LOOK)
+
+    def _cut(self, answer: bytes) -> bytes:
+        return answer[: self.rng.randrange(len(answer))]
+
+    def _garbage(self, answer: bytes) -> bytes:
+        noise = self.rng.randbytes(self.rng.randrange(1, 64))
+        return self.rng.choice((noise, noise + answer, answer + noise))
+
+
+def rows(seconds: float) -> list[Row]:
+    """Of the brick with stock firmware and with ev3dev, and of the lidar, each for so long [s]."""
+    found: list[Row] = []
+    for trial in (BrickTrial("EV3, TCP"), BrickTrial("ev3dev"), LidarTrial()):
+        with trial:
+            ordeal, end = Ordeal(trial, random.Random(trial.name)), time.monotonic() + seconds
+            while time.monotonic() < end:
+                ordeal.befall()
+        replug = ordeal.worst.pop("unplug")
+        what = f"{trial.name}: {ordeal.count} faults in {seconds / 60.0:.3g} min"
+        found += [
+            Row("wire", f"{what}, wrong readings", trial.wrong, "", "0"),
+            Row("wire", f"{what}, longest time from replug to a reading", replug, "s", "≤ 2"),
+            Row("wire", f"{what}, longest time from the end of another fault", max(ordeal.worst.values()), "s"),
+        ]
+    return found
