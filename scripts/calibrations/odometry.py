@@ -13,6 +13,7 @@ from tyro.conf import arg
 from hardware.hal import Recorded, Robot
 from hardware.robot_file import update_robot_file
 from hardware.spec import DriveSpec, LidarSpec
+from scripts.calibrations.square import SquareDrive
 from scripts.errors import UsageError
 from scripts.options import OptionalFile, parse
 from scripts.runs.body import is_twin, make_robot, route
@@ -22,9 +23,10 @@ from scripts.runs.options import RunOptions
 from slam.mapping.lidar_slam import LidarSlam
 from slam.messages import SensorFrame, Trajectory
 from slam.motion.wheel_calibration import WheelCalibration, calibrate_wheels
-from slam.navigation.policies import make_policy
+from slam.navigation.costmap import Inflation
+from slam.navigation.policies import Policy, make_policy
 from slam.pipelines import Finishing, warm_up
-from slam.se2 import SE2, FloatArray
+from slam.se2 import SE2
 
 MM = 1e3
 
@@ -34,7 +36,7 @@ class OdometryOptions:
     """Drive about, or take a recording of a drive, and fit wheel radii, track and the lidar's mount to what the lidar has seen of it.
 
     $ twin calibrate odometry --robot replay:runs/tour               from what `twin run --record` has left
-    $ twin calibrate odometry --robot ev3 --square 1                 on the floor: a square to the left and one to the right
+    $ twin calibrate odometry --robot ev3 --square 1                 on the floor: a square to the left, then to the right
     $ twin run --robot ev3 --spec robot.toml                         with what was found
 
     The way needs straight parts and turns to both sides, room around the robot and walls that the lidar sees; 90 s are enough.
@@ -45,7 +47,8 @@ class OdometryOptions:
     world: Annotated[str, arg(metavar="NAME")] = "aruco_room"
     """World of a twin, whose tour is driven."""
     square: Annotated[float | None, arg(metavar="M", help_behavior_hint="(default: the tour of the world)")] = None
-    """Side of the square that is driven, ahead of the robot, first to its left and then to its right [m]."""
+    """Side of the square that is driven to the left, then to the right, and so on [m]; the robot looks round first and chooses where it
+    lies."""
     duration: Annotated[float, arg(metavar="S")] = 90.0
     """Of the drive [s]."""
     seed: Annotated[int, arg(metavar="N")] = 0
@@ -115,7 +118,7 @@ def _run_options(options: OdometryOptions) -> RunOptions:
 def _driven(robot: Robot, options: OdometryOptions) -> list[SensorFrame]:
     """Everything that the robot says on its way, without its images."""
     pipeline, frames = LidarSlam().build(None), list[SensorFrame]()
-    policy = make_policy("none" if isinstance(robot, Recorded) else "tour", _way(options))
+    policy = _policy(robot, options)
     warm_up(LidarSlam().build(None))
     with robot, interruptible() as stopped:
         t = start = robot.clock.now()
@@ -128,12 +131,13 @@ def _driven(robot: Robot, options: OdometryOptions) -> list[SensorFrame]:
     return frames
 
 
-def _way(options: OdometryOptions) -> FloatArray:
-    """Waypoints (N, 2) [m] in the map that begins where the robot stands."""
-    if options.square is None:
-        return route(RunOptions(robot=options.robot, world=options.world), SE2())
-    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0), (1, 0), (1, -1), (0, -1)], dtype=np.float64)
-    return options.square * corners
+def _policy(robot: Robot, options: OdometryOptions) -> Policy:
+    """What drives, in the map that begins where the robot stands."""
+    if isinstance(robot, Recorded):
+        return make_policy("none", np.empty((0, 2)))
+    if options.square is not None:
+        return SquareDrive(options.square, Inflation(radius=robot.spec.radius))
+    return make_policy("tour", route(RunOptions(robot=options.robot, world=options.world), SE2()))
 
 
 def _tell(found: WheelCalibration, drive: DriveSpec, lidar: LidarSpec) -> None:
