@@ -19,6 +19,7 @@ EXPERIMENTS = {
     "kidnap": "robots that are carried away, and false alarms of robots that are not",
     "furniture": "a share of the furniture moved, anew for every run: how often amcl is lost",
     "convergence": "document C: how the particles' spread falls after an uncertain start",
+    "explore": "unattended exploration of the frozen maps with SLAM in the loop: how many are mapped, hangs, collisions",
 }
 """name -> what it shows; each is one file in scripts/experiments."""
 
