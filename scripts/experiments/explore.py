@@ -23,7 +23,8 @@ from scripts.runs.execute import measure
 from scripts.runs.files import write_text
 from scripts.runs.options import RunOptions
 from sim.errors import SimError
-from slam.errors import SlamError
+from slam.errors import SlamError, UnknownNameError
+from slam.pipelines import PIPELINES
 from worlds.splits import FAMILIES, map_names
 
 GOAL = 0.98
@@ -97,7 +98,7 @@ def main(argv: list[str]) -> int:
     """Explore and print; returns the exit code.
 
     Raises:
-        UsageError, SplitError, OutputError: with one line that says what to do.
+        UsageError, UnknownNameError, SplitError, OutputError: with one line that says what to do.
     """
     options = parse(ExploreOptions, argv, "experiment explore")
     found = explorations(options)
@@ -119,7 +120,7 @@ def explorations(options: ExploreOptions) -> list[Exploration]:
     """Every map explored once, in the order of the maps whoever explores them.
 
     Raises:
-        UsageError, SplitError: an option cannot be.
+        UsageError, UnknownNameError, SplitError: an option cannot be.
     """
     trials = _trials(options)
     count = min(options.processes or multiprocessing.cpu_count(), len(trials))
@@ -177,6 +178,8 @@ def _cells(group: list[Exploration]) -> list[str]:
 def _trials(options: ExploreOptions) -> list[RunOptions]:
     if min(options.seed, options.first, options.processes) < 0 or options.maps < 1:
         raise UsageError("--maps: 1 or above; --first, --seed and --processes: 0 or above")
+    if options.pipeline not in PIPELINES:
+        raise UnknownNameError("pipeline", options.pipeline, sorted(PIPELINES))
     names = map_names(options.split, options.difficulty, options.family)[options.first : options.first + options.maps]
     if not names:
         raise UsageError(f"--first {options.first}: there are not so many such maps")

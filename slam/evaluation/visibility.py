@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.evaluation.poses import wrap_angles
+from slam.kernels.sight import screened
 from slam.se2 import FloatArray
 
 SPACING = 0.01
 """Distance between samples of a wall [m]."""
 TOLERANCE = 1e-3
 """A wall hides what lies more than this behind it [m]."""
-LONGEST = 16
-"""Number of the longest walls, asked first: they hide most of what is hidden."""
 STEP, TURN = 0.1, math.radians(10.0)
 """Views closer than this [m] and [rad] to the one before count as the same."""
 
@@ -47,15 +46,13 @@ def sample_walls(segments: FloatArray) -> FloatArray:
 def visible_walls(segments: FloatArray, laser_poses: FloatArray, view: View) -> FloatArray:
     """Samples (K, 2) of the walls (M, 4) that lie in view of any of the lidar's poses (N, 3), hidden by no other wall; all in one frame."""
     samples = sample_walls(segments)
-    by_length = np.argsort(-np.linalg.norm(segments[:, 2:] - segments[:, :2], axis=1), kind="stable")
-    longest, others = segments[by_length[:LONGEST]], segments[by_length[LONGEST:]]
-    seen = np.zeros(len(samples), np.bool_)
+    seen, screens = np.zeros(len(samples), np.bool_), np.zeros(len(samples), np.int64)
     for pose in _thin(laser_poses):
         candidates = np.flatnonzero(~seen)
         candidates = candidates[_in_view(samples[candidates], pose, view)]
-        for group in (longest, others):
-            candidates = candidates[~_hidden(samples[candidates], pose[:2], group)]
-        seen[candidates] = True
+        tried_first = screens[candidates]
+        seen[candidates] = ~screened(pose[:2], samples[candidates], segments, tried_first, TOLERANCE)
+        screens[candidates] = tried_first
     return samples[seen]
 
 
@@ -71,20 +68,3 @@ def _in_view(points: FloatArray, pose: FloatArray, view: View) -> NDArray[np.boo
     bearing = wrap_angles(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2])
     within = np.linalg.norm(offset, axis=1) <= view.range_max
     return within & (bearing >= view.angle_min) & (bearing <= view.angle_max)
-
-
-def _hidden(points: FloatArray, origin: FloatArray, segments: FloatArray) -> NDArray[np.bool_]:
-    """Which rays origin -> point (K, 2) cross a segment before their end, (K,)."""
-    rays = points - origin
-    start, along = segments[:, :2] - origin, segments[:, 2:] - segments[:, :2]
-    denominator = _cross(rays[:, None], along)  # (K, M)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        on_ray = _cross(start, along) / denominator
-        on_segment = _cross(start, rays[:, None]) / denominator
-    end = 1.0 - TOLERANCE / np.linalg.norm(rays, axis=1)
-    crossed = (on_ray > 0.0) & (on_ray < end[:, None]) & (on_segment >= 0.0) & (on_segment <= 1.0)
-    return np.any(crossed, axis=1)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -72,3 +72,35 @@ def from_behind(origins: NDArray[np.float64], points: NDArray[np.float64], field
         off = s[NORMAL_X] * (x - s[X]) + s[NORMAL_Y] * (y - s[Y])
         found[i] = s[FLATNESS] == ONE_SIDED and away and abs(off) < near
     return found
+
+
+@njit
+def screened(
+    origin: NDArray[np.float64], points: NDArray[np.float64], walls: NDArray[np.float64], screens: NDArray[np.int64], near: float
+) -> NDArray[np.bool_]:
+    """Which points (K,) are hidden from an origin (2,) by a wall.
+
+    Args:
+        origin: x, y [m].
+        points: (K, 2) [m].
+        walls: (M, 4) as x1, y1, x2, y2 [m].
+        screens: (K,) wall that is tried first for each point; afterwards the one that hides it.
+        near: a wall hides what lies more than this behind it [m].
+    """
+    found = np.zeros(len(points), np.bool_)
+    for k in range(len(points)):
+        ray_x, ray_y = points[k, 0] - origin[0], points[k, 1] - origin[1]
+        end = 1.0 - near / np.hypot(ray_x, ray_y)
+        for turn in range(-1, len(walls)):
+            m = screens[k] if turn < 0 else turn
+            start_x, start_y = walls[m, 0] - origin[0], walls[m, 1] - origin[1]
+            along_x, along_y = walls[m, 2] - walls[m, 0], walls[m, 3] - walls[m, 1]
+            denominator = ray_x * along_y - ray_y * along_x
+            if denominator == 0.0:
+                continue
+            on_ray = (start_x * along_y - start_y * along_x) / denominator
+            on_wall = (start_x * ray_y - start_y * ray_x) / denominator
+            if 0.0 < on_ray < end and 0.0 <= on_wall <= 1.0:
+                found[k], screens[k] = True, m
+                break
+    return found

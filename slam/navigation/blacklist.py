@@ -23,12 +23,12 @@ class Blacklist:
         self._radius, self._span = radius, span
         self._entries: list[_Entry] = []
 
-    def add(self, place: Point, now: float) -> None:
-        """A place [m] has failed at a time [s]."""
+    def add(self, place: Point, now: float, *, held: bool = True) -> None:
+        """A place [m] has failed at a time [s]; where it is not held it may be tried again at once."""
         known = [entry for entry in self._entries if math.dist(entry.place, place) < self._radius]
         times = 1 + max((entry.times for entry in known), default=0)
         self._entries = [entry for entry in self._entries if entry not in known]
-        self._entries.append(_Entry(place, now + self._span * 2.0 ** (times - 1), times))
+        self._entries.append(_Entry(place, now + self._span * 2.0 ** (times - 1) if held else now, times))
 
     def times(self, place: Point) -> int:
         """How often a place has failed."""

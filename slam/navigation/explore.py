@@ -17,6 +17,8 @@ from slam.snapshot import Snapshot
 
 SETTLING = 0.5
 """After an arrival, until the scans of the place are in the map [s]."""
+SAME = 0.5
+"""A frontier that has moved by less while it was gone to is the same [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +28,16 @@ class Explore:
     explorer: Explorer = field(default_factory=Explorer)
     navigation: Navigation = field(default_factory=Navigation)
     astray: Astray = field(default_factory=Astray)
+    facing: float = 1.2
+    """Bearing from base at which the lidar sees a frontier well: there is no need to turn to it [rad]."""
     better: float = 0.6
     """Another frontier is gone to on the way only if the way to it is shorter than this share of the way left."""
     closer: float = 0.6
     """From so near a frontier is looked at that a look from farther away has not shown [m]."""
     tries: int = 2
     """How often a frontier is gone to in vain before it is left alone for good."""
+    changes: int = 4
+    """How often the robot may set out for one frontier and change its mind before it is left alone for good."""
     blacklist_radius: float = 0.4
     """About a frontier that was gone to in vain [m]."""
     blacklist_span: float = 30.0
@@ -42,7 +48,7 @@ class Explore:
     """Drive back to where it started."""
 
     def __post_init__(self) -> None:
-        require_positive(self, "closer", "tries", "blacklist_radius", "blacklist_span", "limit")
+        require_positive(self, "facing", "closer", "tries", "changes", "blacklist_radius", "blacklist_span", "limit")
         require_not_negative(self, "better")
 
     def build(self, route: FloatArray) -> ExplorePolicy:
@@ -58,6 +64,7 @@ class ExplorePolicy:
         self._navigator = settings.navigation.build()
         self._astray = settings.astray.build()
         self._vain = Blacklist(settings.blacklist_radius, settings.blacklist_span)
+        self._set_out = Blacklist(settings.blacklist_radius, settings.blacklist_span)  # where the robot has been on its way to
         self._home: Point | None = None
         self._began = self._settled = 0.0
         self._frontier: Frontier | None = None
@@ -105,7 +112,7 @@ class ExplorePolicy:
         self._settled = 0.0
         seen = self._frontier
         if seen is not None and any(math.dist(seen.point, other.point) < 0.2 for other in self._candidates()):
-            self._vain.add(seen.point, self._navigator.stamp)
+            self._vain.add(seen.point, self._navigator.stamp, held=False)  # it is near: to come back later is a long way
         self._frontier = None
         self._navigator.stop()
         self._choose()
@@ -131,7 +138,7 @@ class ExplorePolicy:
     def _choose(self) -> None:
         """Go to the best frontier, or home when there is none."""
         s, now = self._settings, self._navigator.stamp
-        candidates = [frontier for frontier in self._candidates() if self._vain.times(frontier.point) < s.tries]
+        candidates = [frontier for frontier in self._candidates() if not self._is_done(frontier)]
         free = [frontier for frontier in candidates if not self._vain.holds(frontier.point, now)]
         best = s.explorer.best(free or candidates)
         if best is None:
@@ -140,16 +147,24 @@ class ExplorePolicy:
         kept = self._kept(free)
         if kept is not None and best.way > s.better * kept.way:
             best = kept
+        elif self._frontier is None or math.dist(best.point, self._frontier.point) > SAME:
+            self._set_out.add(best.point, now, held=False)
         self._frontier = best
         heading = math.atan2(best.point[1] - best.viewpoint[1], best.point[0] - best.viewpoint[0])
-        self._navigator.go(best.viewpoint, heading)
+        self._navigator.go(best.viewpoint, heading, s.facing)
+
+    def _is_done(self, frontier: Frontier) -> bool:
+        """Whether a frontier has been tried often enough."""
+        s, going = self._settings, self._frontier
+        wavered = self._set_out.times(frontier.point) > s.changes
+        return self._vain.times(frontier.point) >= s.tries or (wavered and (going is None or math.dist(going.point, frontier.point) > SAME))
 
     def _kept(self, frontiers: list[Frontier]) -> Frontier | None:
         """The frontier that the robot is on its way to, as it is now; None where it is no more."""
         going = self._frontier
         if going is None:
             return None
-        near = [frontier for frontier in frontiers if math.dist(frontier.point, going.point) < 0.5]
+        near = [frontier for frontier in frontiers if math.dist(frontier.point, going.point) < SAME]
         return min(near, key=lambda frontier: math.dist(frontier.point, going.point), default=None)
 
     def _why_none(self) -> tuple[str, bool]:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from slam.errors import UnknownNameError, require_not_negative, require_positive
-from slam.grid import FREE, UNKNOWN, OccupancyGrid
+from slam.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from slam.kernels import outlook
 from slam.navigation.costmap import Costmap, Inflation
 from slam.navigation.planner import Ways, ways_from
@@ -55,6 +55,10 @@ class Explorer:
     """So far into the unknown a look is believed to go [m]."""
     near: float = 1.5
     """A stretch is looked at from within this distance [m]."""
+    roomy: float = 0.25
+    """Room that a place to look from should have [m]."""
+    cramped: float = 0.5
+    """What a place with less is worth in metres of way: whoever squeezes in loses time."""
     gain_scale: float = 1.0
     """Of the strategy `utility`: metres of way that a metre of border is worth."""
     decay: float = 0.25
@@ -65,7 +69,7 @@ class Explorer:
         if self.strategy not in STRATEGIES:
             raise UnknownNameError("explorer", self.strategy, sorted(STRATEGIES))
         require_positive(self, "around", "depth", "near")
-        require_not_negative(self, "shortest", "least_gain", "gain_scale", "decay")
+        require_not_negative(self, "shortest", "least_gain", "roomy", "cramped", "gain_scale", "decay")
 
     def goal(self, grid: OccupancyGrid, pose: SE2) -> Frontier | None:
         """The frontier to go to next; None: the reachable area is explored."""
@@ -83,10 +87,11 @@ class Explorer:
             near: distance to look from [m], instead of the settings'.
         """
         costmap, resolution = ways.costmap, ways.costmap.geometry.resolution
+        efforts = self._efforts(ways)
         found: list[tuple[float, tuple[int, int], tuple[int, int]]] = []
         for cells in borders(costmap, self.shortest):
             middle = _middle(cells)
-            seen_from = outlook.viewpoint(ways.lengths, costmap.states, middle, (near or self.near) / resolution)
+            seen_from = outlook.viewpoint(efforts, costmap.states, middle, (near or self.near) / resolution)
             if seen_from[0] >= 0:
                 found.append((len(cells) * resolution, middle, seen_from))
         middles = np.array([middle for _, middle, _ in found], dtype=np.int64).reshape(-1, 2)
@@ -99,13 +104,20 @@ class Explorer:
         ]
         return [frontier for frontier in frontiers if frontier.gain >= self.least_gain]
 
+    def _efforts(self, ways: Ways) -> FloatArray:
+        """(H, W) what it costs to get to a place and stand there [cells]; where the robot is that is nothing."""
+        tight = (ways.costmap.room < self.roomy) & (ways.lengths > outlook.CLOSE)
+        return np.where(tight, ways.lengths + self.cramped / ways.costmap.geometry.resolution, ways.lengths)
+
 
 def borders(costmap: Costmap, shortest: float) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
     """Free cells beside unknown ones, in pieces (N, 2) as (row, col): a border cut by a lattice, for the middle of a long one tells little.
 
-    Yamauchi, "A frontier-based approach for autonomous exploration" (1997). Borders shorter than a length [m] are left out.
+    Yamauchi, "A frontier-based approach for autonomous exploration" (1997). Borders shorter than a length [m] are left out, and what lies
+    in gaps of less than three cells: the holes of a wall that was seen at a grazing angle.
     """
-    border = (costmap.states == FREE) & ndimage.binary_dilation(costmap.states == UNKNOWN)
+    wide = ndimage.binary_opening(costmap.states != OCCUPIED, EIGHT)
+    border = wide & (costmap.states == FREE) & ndimage.binary_dilation(wide & (costmap.states == UNKNOWN))
     areas, count = ndimage.label(border, EIGHT)
     long_enough = np.bincount(areas.ravel(), minlength=count + 1) * costmap.geometry.resolution >= shortest
     long_enough[0] = False

@@ -43,7 +43,7 @@ class Navigation:
     jump: float = 0.05
     """Correction of the map that is a jump [m]."""
     patience: float = 5.0
-    """Time without progress after which the robot helps itself: it backs up, then turns about [s]."""
+    """Time without progress after which the robot helps itself: it backs up, then turns about; to turn takes its own time [s]."""
     helps: int = 2
     """How often it does so before it gives the goal up."""
     progress: float = 0.3
@@ -78,7 +78,9 @@ class Navigator:
         """[m] in the map."""
         self.progress = Progress.RESTING
         self._heading: float | None = None  # to be faced at the goal [rad]
+        self._within = 0.15
         self._anchor, self._since = SE2(), 0.0  # where there was progress last, and when
+        self._turned = 0.0  # since then [rad]
         self._helps = 0
         self._help: tuple[float, float] | None = None  # end of backing up, end of the turn [s]
         self._has_way = False
@@ -106,6 +108,7 @@ class Navigator:
     def see(self, frame: SensorFrame, estimate: Estimate, snapshot: Snapshot) -> bool:
         """Take in what is known; returns whether there are new ways."""
         self._around.hear(frame, estimate)
+        self._turned += abs(wrap_angle(estimate.T_map_base.yaw - self._pose.yaw))
         self._pose, self._stamp = estimate.T_map_base, frame.stamp
         if not frame.scans or not (self._jumped(estimate) or frame.stamp - self._planned >= self._settings.period):
             return False
@@ -115,12 +118,13 @@ class Navigator:
         self._replan()
         return True
 
-    def go(self, goal: Point, heading: float | None = None) -> None:
-        """Drive to a place [m] in the map and face a heading there [rad]; a new goal on the way is no progress by itself."""
+    def go(self, goal: Point, heading: float | None = None, within: float = 0.15) -> None:
+        """Drive to a place [m] in the map and face a heading there within an angle [rad]; a new goal on the way is no progress."""
         if self.progress is not Progress.DRIVING:
-            self._anchor, self._since, self._helps, self._help = self._pose, self._stamp, 0, None
+            self._help = None
+            self._get_on()
         if goal != self.goal or self.progress is not Progress.DRIVING:
-            self.goal, self._heading, self.progress = goal, heading, Progress.DRIVING
+            self.goal, self._heading, self._within, self.progress = goal, heading, within, Progress.DRIVING
             self._replan()
 
     def stop(self) -> None:
@@ -165,7 +169,7 @@ class Navigator:
 
     def _arrive(self) -> Twist:
         off = 0.0 if self._heading is None else wrap_angle(self._heading - self._pose.yaw)
-        if abs(off) > 0.15:
+        if abs(off) > self._within:
             return self._follower.face(off, self._stamp)
         self.progress = Progress.ARRIVED
         return self._follower.rest(self._stamp)
@@ -173,16 +177,21 @@ class Navigator:
     def _watch(self) -> None:
         """Help, or give up, when there has been no progress for long."""
         if math.hypot(self._pose.x - self._anchor.x, self._pose.y - self._anchor.y) > self._settings.progress:
-            self._anchor, self._since, self._helps = self._pose, self._stamp, 0
-        if self._stamp - self._since < self._settings.patience:
+            self._get_on()
+        turning = min(self._turned, math.tau) / self._settings.follower.yaw_rate
+        if self._stamp - self._since < self._settings.patience + turning:
             return
-        self._since = self._stamp
+        self._since, self._turned = self._stamp, 0.0
         self._helps += 1
         if self._helps > self._settings.helps:
             self.progress = Progress.FAILED
             return
         end = self._stamp + (self._settings.back_way / self._settings.back_speed if self._can_back() else 0.0)
         self._help = end, end + math.tau / self._settings.look_rate
+
+    def _get_on(self) -> None:
+        """There is progress."""
+        self._anchor, self._since, self._turned, self._helps = self._pose, self._stamp, 0.0, 0
 
     def _can_back(self) -> bool:
         """Whether there is room behind."""
@@ -199,5 +208,5 @@ class Navigator:
             return self._follower.back(self._settings.back_speed, self._stamp)
         if self._stamp < turned:
             return self._follower.turn(self._settings.look_rate, self._stamp)
-        self._help, self._since = None, self._stamp
+        self._help, self._since, self._turned = None, self._stamp, 0.0
         return self._follower.rest(self._stamp)
