@@ -36,7 +36,7 @@ class Explore:
     """From so near a frontier is looked at that a look from farther away has not shown [m]."""
     tries: int = 2
     """How often a frontier is gone to in vain before it is left alone for good."""
-    changes: int = 4
+    changes: int = 3
     """How often the robot may set out for one frontier and change its mind before it is left alone for good."""
     blacklist_radius: float = 0.4
     """About a frontier that was gone to in vain [m]."""
