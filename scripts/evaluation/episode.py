@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scripts.evaluation.accuracy import accuracy
 from sim.envs.explore import ExploreEnv
 from sim.envs.explorers import EXPLORERS
 from sim.envs.native import PERIOD
 from slam.messages import Twist
+from slam.se2 import FloatArray
 
 EVERY = 10
 """Steps from point to point of a curve: 1 s."""
@@ -34,6 +36,8 @@ class Episode:
 
     explorer: str
     world: str
+    robot: str
+    pose: str
     coverage: float
     path: float
     """[m]"""
@@ -46,6 +50,10 @@ class Episode:
     """Coverage at every second, held to the end of the time."""
     decision_ms: float
     """Median time that this thread was busy with a decision and all its steps; the one number that no seed repeats."""
+    pose_error: float | None = None
+    """Root mean square error of the positions that it believed in, after alignment [m]; None where they were the truth."""
+    iou: float | None = None
+    """Of the occupied cells with the walls that were in view, see `slam.evaluation.maps.iou`; None where the pose was the truth."""
 
     @property
     def area_under_curve(self) -> float:
@@ -54,13 +62,15 @@ class Episode:
 
 
 class Recording(ExploreEnv):
-    """An environment that keeps the curve, and ends with the time."""
+    """An environment that keeps the curve and the way, and ends with the time."""
 
     def begin(self, trial: Trial) -> None:
         """Start the episode of a trial."""
         self._limit, self.curve = trial.steps, list[float]()
+        self.believed, self.true = list[FloatArray](), list[FloatArray]()
         self.reset(seed=trial.seed, options={"world": trial.world})
         self.curve.append(self.tally.coverage)
+        self._keep_way()
 
     def advance(self, twist: Twist) -> float:
         """See `ExploreEnv.advance`; when the time is over nothing happens any more."""
@@ -69,7 +79,14 @@ class Recording(ExploreEnv):
         reward = super().advance(twist)
         if self.tally.steps % EVERY == 0:
             self.curve.append(self.tally.coverage)
+        self._keep_way()
         return reward
+
+    def _keep_way(self) -> None:
+        way = None if self.task.pose == "truth" else self.body.true_way
+        if way is not None:
+            self.believed.append(self.body.sight.pose[0].copy())
+            self.true.append(way)
 
 
 def run(trial: Trial) -> Episode:
@@ -91,8 +108,21 @@ def run(trial: Trial) -> Episode:
 
 def _episode(trial: Trial, env: Recording, decisions: list[float]) -> Episode:
     tally, points = env.tally, trial.steps // EVERY + 1
-    curve = [*env.curve, *[tally.coverage] * (points - len(env.curve))][:points]
-    median = float(np.median(decisions)) if decisions else 0.0
+    site = env.site
+    assert site is not None, "a twin is somewhere"
+    pose_error, overlap = accuracy(np.array(env.believed), np.array(env.true), env.body.cells, site) if env.believed else (None, None)
     return Episode(
-        trial.explorer, trial.world, tally.coverage, tally.path, tally.steps * PERIOD, tally.collisions, dict(tally.marks), curve, median
+        trial.explorer,
+        trial.world,
+        trial.robot,
+        trial.pose,
+        tally.coverage,
+        tally.path,
+        tally.steps * PERIOD,
+        tally.collisions,
+        dict(tally.marks),
+        [*env.curve, *[tally.coverage] * (points - len(env.curve))][:points],
+        float(np.median(decisions)) if decisions else 0.0,
+        pose_error,
+        overlap,
     )

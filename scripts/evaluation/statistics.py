@@ -17,7 +17,16 @@ DRAWS = 2000
 CONFIDENCE = 0.95
 Interval = tuple[float, float, float]
 """Mean, and lower and upper end of its bootstrap interval; nan where there is nothing."""
-HEADS = ["explorer", "coverage [%]", "AUC [%]", *(f"path, time to {mark} %" for mark in MARKS), "collisions", "decision [ms]"]
+HEADS = [
+    "explorer",
+    "coverage [%]",
+    "AUC [%]",
+    *(f"path, time to {mark} %" for mark in MARKS),
+    "collisions",
+    "decision [ms]",
+    "ATE [cm]",
+    "IoU [%]",
+]
 
 
 def bootstrap(values: Sequence[float]) -> Interval:
@@ -30,8 +39,16 @@ def bootstrap(values: Sequence[float]) -> Interval:
     return float(array.mean()), float(low), float(high)
 
 
-def row(explorer: str, episodes: Sequence[Episode]) -> list[str]:
-    """One explorer's line, see `HEADS`."""
+def by_explorer(episodes: Sequence[Episode]) -> dict[str, list[Episode]]:
+    """Episodes in groups, in the order in which they come."""
+    groups: dict[str, list[Episode]] = {}
+    for episode in episodes:
+        groups.setdefault(episode.explorer, []).append(episode)
+    return groups
+
+
+def row(explorer: str, episodes: Sequence[Episode], wrong: Sequence[Episode] = ()) -> list[str]:
+    """One explorer's line, see `HEADS`; errors of pose and map are those of the episodes `wrong`, whose poses are not the truth."""
     cells = [explorer, _told(bootstrap([100 * e.coverage for e in episodes]))]
     cells.append(_told(bootstrap([100 * e.area_under_curve for e in episodes])))
     for mark in MARKS:
@@ -39,7 +56,11 @@ def row(explorer: str, episodes: Sequence[Episode]) -> list[str]:
         way, time = bootstrap([path for path, _ in reached]), bootstrap([seconds for _, seconds in reached])
         cells.append(f"{_told(way)} m, {time[0]:.0f} s ({len(reached)}/{len(episodes)})" if reached else f"(0/{len(episodes)})")
     cells.append(f"{np.mean([e.collisions for e in episodes]):.2f}")
-    return [*cells, f"{np.median([e.decision_ms for e in episodes]):.1f}"]
+    cells.append(f"{np.median([e.decision_ms for e in episodes]):.1f}")
+    for values in ([e.pose_error for e in wrong], [e.iou for e in wrong]):
+        known = [100.0 * value for value in values if value is not None]
+        cells.append(_told(bootstrap(known)) if known else "")
+    return cells
 
 
 def markdown(rows: Sequence[Sequence[str]]) -> str:

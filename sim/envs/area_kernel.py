@@ -36,6 +36,22 @@ def visible(blocked: Bytes, places: NDArray[np.int64], reach: float, rays: int) 
 
 
 @njit
+def unseen_in_view(blocked: Bytes, unseen: NDArray[np.bool_], places: NDArray[np.int64], reach: float, rays: int) -> NDArray[np.int64]:
+    """How many cells of `unseen` (H, W) are seen from each of the places (N, 2), as `visible` has it."""
+    counts, seen, bound = np.zeros(len(places), np.int64), np.zeros_like(blocked), math.ceil(reach) + 1
+    for i in range(len(places)):
+        row, col = places[i, 0], places[i, 1]
+        for k in range(rays):
+            angle = k * (2.0 * math.pi / rays)
+            _look(blocked, seen, (col + 0.5, row + 0.5), (math.cos(angle), math.sin(angle), reach))
+        around = seen[max(row - bound, 0) : row + bound + 1, max(col - bound, 0) : col + bound + 1]
+        wanted = unseen[max(row - bound, 0) : row + bound + 1, max(col - bound, 0) : col + bound + 1]
+        counts[i] = np.sum(around * wanted)
+        around[:] = 0
+    return counts
+
+
+@njit
 def _look(blocked: Bytes, seen: Bytes, place: tuple[float, float], ray: tuple[float, float, float]) -> None:
     """Mark the free cells along one ray; Amanatides and Woo's traversal."""
     (x, y), (dx, dy, reach) = place, ray

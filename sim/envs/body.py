@@ -68,7 +68,7 @@ class NativeBody:
 
     def step(self, twist: Twist) -> None:
         """See `Body`."""
-        self._fleet.command(0, twist)
+        self._fleet.command(np.array([[twist.v, twist.omega]]))
         self._fleet.step(self.sight)
 
     def close(self) -> None:

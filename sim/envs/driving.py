@@ -33,6 +33,9 @@ MARGIN = 4
 """Cells around what is known."""
 LASER_X = 0.03
 """Of the lidar in base [m]."""
+DIRECTIONS = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
+DIRECTIONS = np.column_stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
+"""Of the beams (BEAMS, 2), in base."""
 
 
 class Driven(Protocol):
@@ -147,9 +150,8 @@ class Driver:
     def hits(self) -> FloatArray:
         """Ends (N, 2) [m] of the last scan's beams in the map, as if all had been measured at once."""
         scan = self._env.body.sight.scan[0].astype(np.float64)
-        angles = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
-        points = np.column_stack([LASER_X + scan * np.cos(angles), scan * np.sin(angles)])
-        return self.pose.transform(points[(scan > 0.0) & (scan < 5.5)])
+        met = (scan > 0.0) & (scan < 5.5)
+        return self.pose.transform(scan[met, None] * DIRECTIONS[met] + (LASER_X, 0.0))
 
 
 def drive_home(env: Driven) -> bool:

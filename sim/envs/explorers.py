@@ -11,11 +11,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.envs import area_kernel
-from sim.envs.driving import Driver, Driving
+from sim.envs import area_kernel, tour_kernel
+from sim.envs.driving import DIRECTIONS, Driver, Driving
 from sim.envs.explore import ExploreEnv
 from sim.envs.map_kernel import CELL, HALF
-from sim.envs.native import BEAMS, FIELD
+from sim.envs.native import BEAMS
 from slam.kernels import outlook
 from slam.messages import Twist
 from slam.navigation.frontiers import STRATEGIES, Frontier
@@ -95,8 +95,7 @@ class WallFollower:
 
 def free_ahead(scan: NDArray[np.float32]) -> float:
     """Length of the way straight ahead that a robot has free (BEAMS,) [m]."""
-    angles = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
-    x, y = scan * np.cos(angles), scan * np.sin(angles)
+    x, y = scan * DIRECTIONS[:, 0], scan * DIRECTIONS[:, 1]
     return float(np.min(x[(np.abs(y) < 0.19) & (x > 0.0)], initial=10.0)) - 0.15
 
 
@@ -161,46 +160,18 @@ def oracle(env: ExploreEnv, random: np.random.Generator) -> Choice:
         low = np.rint(np.array([geometry.T_map_grid.y, geometry.T_map_grid.x]) / CELL).astype(np.int64) + HALF
         height, width = truth.shape
         unseen = (truth > 0) & (env.body.cells[first_row : first_row + height, first_col : first_col + width] == 0)
-        blocked, gains = (truth == 0).astype(np.uint8), np.zeros(len(places))
-        for i, place in enumerate(places + low - (first_row, first_col)):
-            if 0 <= place[0] < height and 0 <= place[1] < width:
-                gains[i] = np.sum(area_kernel.visible(blocked, place[None], float(LOOK), RAYS)[unseen])
-        return _best(driver, places, gains)
+        gains = area_kernel.unseen_in_view((truth == 0).astype(np.uint8), unseen, places + low - (first_row, first_col), float(LOOK), RAYS)
+        return _best(driver, places, gains.astype(np.float64))
 
     return choose
 
 
 def tour_of_frontiers(driver: Driver, frontiers: Sequence[Frontier]) -> Frontier | None:
-    """The first stop of a short tour through all frontiers: the nearest next, then improved by turning stretches about.
-
-    From the robot the way is the real one, between frontiers the straight one. Croes, "A method for solving traveling-salesman
-    problems" (1958).
-    """
+    """The first stop of a short tour through all frontiers: from the robot the way is the real one, between frontiers the straight one."""
     points = np.array([frontier.viewpoint for frontier in frontiers])
     lengths = np.linalg.norm(points[:, None] - points, axis=2)
     ways = np.array([frontier.way for frontier in frontiers])
-    order = [int(np.argmin(ways))]
-    while len(order) < len(points):
-        rest = [i for i in range(len(points)) if i not in order]
-        order.append(min(rest, key=lambda i: float(lengths[order[-1], i])))
-    return frontiers[_improved(order, lengths, ways)[0]]
-
-
-def _improved(order: list[int], lengths: NDArray[np.float64], ways: NDArray[np.float64]) -> list[int]:
-    """2-opt on an open tour that begins with one of the ways."""
-
-    def cost(tour: list[int]) -> float:
-        return float(ways[tour[0]] + lengths[tour[:-1], tour[1:]].sum())
-
-    best, improved = cost(order), True
-    while improved:
-        improved = False
-        for i in range(len(order) - 1):
-            for k in range(i + 1, len(order)):
-                other = [*order[:i], *order[i : k + 1][::-1], *order[k + 1 :]]
-                if cost(other) < best - 1e-9:
-                    order, best, improved = other, cost(other), True
-    return order
+    return frontiers[int(tour_kernel.tour(ways, lengths)[0])]
 
 
 def _places(driver: Driver, frontiers: Sequence[Frontier], random: np.random.Generator) -> NDArray[np.int64]:

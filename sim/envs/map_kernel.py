@@ -132,7 +132,7 @@ def _cross(chart: Chart, ends: Floats, touched: tuple[NDArray[np.int32], int]) -
             row, col = (y + k * dy) >> SHIFT, (x + k * dx) >> SHIFT
             at = np.uint32(row * SIDE + col)  # unsigned: an index that cannot count from the end is faster
             old = cells[at]
-            if old < TOUCHED:
+            if old != 1 and old < TOUCHED:  # what is free for certain stays so however often it is crossed
                 new = max(old - MISS, 1) if old else FIRST_MISS
                 if old == 0 or (old > FREEST) != (new > FREEST):
                     _count(chart, row, col, (old, new))

@@ -13,14 +13,13 @@ from sim import kernels
 from sim.drive import LAG, MAX_ACCELERATION, TORQUE
 from sim.envs import native_kernel
 from sim.envs.map_kernel import BLOCK, SIDE, UNKNOWN_GREY, VIEW
-from sim.envs.native_kernel import BODY, GOALS, KEPT
+from sim.envs.native_kernel import BODY, KEPT
 from sim.envs.site import Site
 from sim.grid_rays import GridRays
 from sim.lidar import FIRST_STEP, REACH, Lidar, grid_rays
 from sim.motion import NANOSECONDS, STEP
 from sim.realism import Realism
 from sim.unicycle import CARRIED
-from slam.messages import Twist
 from slam.se2 import FloatArray
 
 PERIOD = 0.1
@@ -92,6 +91,9 @@ class Fleet:
         self._times = self._timetable(4096)
         self._worlds = _Worlds(count)
         self._device = _device(spec, lidar, self._drive)
+        self._limits = _limits(self._drive)
+        self._spare = 0
+        """Steps for which the timetable lasts, at least."""
         self.done = np.zeros(count, np.int64)
         """Steps that each robot has made since it was placed."""
 
@@ -120,19 +122,25 @@ class Fleet:
         site.mark(self._charts[3][i])
         self.done[i] = -1
 
-    def command(self, i: int, twist: Twist) -> None:
-        """Let a robot drive on with a twist, as far as its limits let it."""
-        limit = self._drive.max_wheel_rate
-        left, right = self._drive.wheel_rates(self._drive.limit(twist))
-        self._robots[0][i, GOALS:] = min(max(left, -limit), limit), min(max(right, -limit), limit)
+    def command(self, twists: FloatArray) -> None:
+        """Let all robots drive on with twists (N, 2) of forward speed [m/s] and yaw rate [rad/s], as far as their limits let them."""
+        native_kernel.command(self._robots[0], twists, self._limits)
 
     def step(self, sight: Sight, first: int = 0, last: int | None = None) -> None:
         """Let robots `first` to before `last` drive for a step, or wait for the first scan after they were placed, and see."""
         last = len(self.done) if last is None else last
-        times = self._times
-        if int(self.done.max()) + 2 >= len(times[0]):
-            self._times = times = self._timetable(2 * len(times[0]))
-        native_kernel.step(self._worlds.arrays, self._robots, self._charts, self._device, (self.done, *times), (sight.arrays, first, last))
+        self._spare -= 1  # too few rather than too many: other threads step other robots
+        if self._spare < 0:
+            self._lengthen()
+        times = self.done, *self._times
+        native_kernel.step(self._worlds.arrays, self._robots, self._charts, self._device, times, (sight.arrays, first, last))
+
+    def _lengthen(self) -> None:
+        """Have a timetable for the steps to come."""
+        most = int(self.done.max()) + 2
+        if most >= len(self._times[0]):
+            self._times = self._timetable(2 * len(self._times[0]))
+        self._spare = len(self._times[0]) - most
 
     def _timetable(self, count: int) -> tuple[FloatArray, FloatArray]:
         """By number of a step when the first beam of its scan leaves, and when it ends [s]."""
@@ -183,6 +191,11 @@ class _Worlds:
             for array, before in zip(made, old, strict=True):
                 array[:, : before.shape[1]] = before
         self._arrays = made
+
+
+def _limits(drive: DriveSpec) -> native_kernel.Limits:
+    left, right = drive.wheel_radii
+    return drive.max_speed, drive.max_yaw_rate, drive.max_wheel_rate, drive.track, left, right
 
 
 def _device(spec: RobotSpec, lidar: LidarSpec, drive: DriveSpec) -> native_kernel.Device:

@@ -51,6 +51,8 @@ Device = tuple[
 ]
 """The lidar's `constants`; the draws of a device without noise (B,), (B,); its angles (B,) [rad], T_base_laser, time from beam to beam
 [s] and reach [m]; radii and track [m]; lag and limit of the motors, limit of the wheels, fastest wheel [rad/s], radius [m]."""
+Limits = tuple[float, float, float, float, float, float]
+"""Largest speed [m/s], yaw rate and wheel rate [rad/s], track and left and right radius [m]."""
 Sights = tuple[Bytes, Bytes, Singles, Floats, Ints, NDArray[np.bool_]]
 """What is written, N in front: `map_kernel.close_up` and `overview`, ranges (B,) [m], T_map_base (3,), new cells that count, contact."""
 
@@ -89,6 +91,22 @@ def step(
         pose = rolling_kernel.compose(T_map_world, _pose_at(robots[2][i], robots[3][i], float(times[2][at])))
         look(chart, (ranges, device[0][4]), pose, (sights[0][i], sights[1][i], sights[2][i], sights[3][i]))
         sights[5][i] = touches(_walls(worlds, i, device), robots[0][i, X], robots[0][i, X + 1], robots[0][i, ROOM])
+
+
+@njit
+def command(bodies: Floats, twists: Floats, limits: Limits) -> None:
+    """Set the goals of bodies (N, BODY) to twists (N, 2), as `DriveSpec.limit` and `DriveSpec.wheel_rates` have them."""
+    speed, yaw_rate, fastest, track, left, right = limits
+    for i in range(len(bodies)):
+        v, half = 0.0, 0.0
+        if np.isfinite(twists[i, 0]) and np.isfinite(twists[i, 1]):
+            v, omega = min(max(twists[i, 0], -speed), speed), min(max(twists[i, 1], -yaw_rate), yaw_rate)
+            half = 0.5 * track * omega
+            wanted = max(abs((v - half) / left), abs((v + half) / right))
+            scale = min(1.0, fastest / wanted) if wanted > 0.0 else 1.0
+            v, half = v * scale, 0.5 * track * (omega * scale)
+        bodies[i, GOALS] = min(max((v - half) / left, -fastest), fastest)
+        bodies[i, GOALS + 1] = min(max((v + half) / right, -fastest), fastest)
 
 
 @njit

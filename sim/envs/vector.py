@@ -20,7 +20,6 @@ from sim.envs.native import PERIOD, Fleet, Sight, quick_spec
 from sim.envs.tally import AT_THE_GOAL, CELL_AREA, Tally
 from sim.envs.task import Task
 from sim.errors import SimError
-from slam.messages import Twist
 
 
 class ExploreVectorEnv(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
@@ -53,7 +52,7 @@ class ExploreVectorEnv(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]
         self.single_observation_space, self.single_action_space = observation_space(), action_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._limit, self._drive = max_episode_steps, DriveSpec()
+        self._limit, self._fastest = max_episode_steps, (DriveSpec().max_speed, DriveSpec().max_yaw_rate)
         self._fleet, self._sight = Fleet(num_envs, quick_spec()), Sight.empty(num_envs)
         self._tallies = [Tally(math.inf) for _ in range(num_envs)]
         self._randoms = [np.random.default_rng() for _ in range(num_envs)]
@@ -81,9 +80,7 @@ class ExploreVectorEnv(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]
         """Drive on for 0.1 s with actions (N, 2)."""
         rewards, ended, cut = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs, np.bool_)
         begun = self._over.copy()
-        for i, (v, omega) in enumerate(actions.tolist()):
-            if not begun[i]:
-                self._fleet.command(i, Twist(v * self._drive.max_speed, omega * self._drive.max_yaw_rate))
+        self._fleet.command(np.asarray(actions, np.float64) * self._fastest)
         self._advance(begun)
         for i in np.flatnonzero(~begun).tolist():
             rewards[i], ended[i] = self._settle(i)

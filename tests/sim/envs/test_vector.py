@@ -7,7 +7,7 @@ from sim.errors import SimError
 
 ID = "bricktwin/Explore-v0"
 OPTIONS = {"split": "test", "difficulty": "easy", "max_episode_steps": 25, "steps": 25}
-STEPS, COUNT = 40, 4
+STEPS, COUNT = 32, 8
 
 
 def rollout(envs):
