@@ -14,7 +14,7 @@ import numpy as np
 
 from slam.errors import require_not_negative
 from slam.localization.beam_model import BeamModel
-from slam.localization.beams import evenly, one_opinion_each
+from slam.localization.beams import apart, evenly, one_opinion_each
 from slam.localization.belief import Belief, Filtering
 from slam.localization.clusters import Cluster, clusters_of
 from slam.localization.global_search import GlobalAnswer, Hypothesis, same
@@ -45,6 +45,8 @@ _log = logging.getLogger(__name__)
 
 LOOKED = 120
 """Most beams that weigh poses drawn about markers."""
+HALF = 0.5
+"""Share of a scan's beams that must get past what touches the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +170,13 @@ class AmclPipeline:
         return bool(places)
 
     def _take(self, scan: LaserScan) -> None:
-        cloud, by_wheels, step = self._ego.points(scan), self._ego.wheels_cover(scan.stamp), self._ego.step(scan.stamp)
+        seen, by_wheels, step = self._ego.points(scan), self._ego.wheels_cover(scan.stamp), self._ego.step(scan.stamp)
         before = self._ego.T_map_base
         self._step, self._reckoned = step, self._reckoned @ step
         self._way, self._duration = self._way @ step, self._duration + max(self._ego.since(scan.stamp), 0.0)
         self._mode.carry(before, step)
-        self._blind = len(cloud.points) < FEWEST
+        cloud = apart(seen)
+        self._blind = len(cloud.points) < max(FEWEST, HALF * len(seen.points))
         pose, jumped = before @ step, False
         if not self._blind:
             self._ladder.trust.follow(cloud.points, self._reckoned)
@@ -247,7 +250,7 @@ class AmclPipeline:
             self._likelihood = s.sensor.over(self._map, scan.range_max)
         if s.sensor_model == "beam":  # for which it counts, too, that a beam meets nothing
             returned = np.where(np.isposinf(scan.ranges), scan.range_max, scan.ranges)
-            cloud = self._ego.points(replace(scan, ranges=returned))
+            cloud = apart(self._ego.points(replace(scan, ranges=returned)))
         markers = self._landmarks.weigh(scan.stamp, self._ego) if self._landmarks else None
         self._belief.update(s.motion if by_wheels else s.drifting, (self._way, self._duration), self._likelihood, cloud, markers)
         self._way, self._duration, self._begun = SE2(), 0.0, True

@@ -10,6 +10,9 @@ from slam.kernels.bins import fill
 from slam.scans import PointScan
 from slam.se2 import FloatArray
 
+TOUCHING = 0.15
+"""So near to the laser are the robot's own outline and what touches it [m]."""
+
 
 def evenly(cloud: PointScan, beams: int) -> PointScan:
     """At most so many beams, evenly spread over those that are valid; all of them for 0."""
@@ -17,6 +20,13 @@ def evenly(cloud: PointScan, beams: int) -> PointScan:
         return cloud
     chosen = (2 * np.arange(beams) + 1) * len(cloud.points) // (2 * beams)
     return PointScan(cloud.stamp, cloud.points.take(chosen, axis=0), cloud.origins.take(chosen, axis=0))
+
+
+def apart(cloud: PointScan) -> PointScan:
+    """The beams that end farther from the laser than what touches the robot, which is in no map: somebody who stands around it."""
+    away = cloud.points - cloud.origins
+    far = np.square(away).sum(axis=1) > TOUCHING**2
+    return cloud if far.all() else PointScan(cloud.stamp, cloud.points[far], cloud.origins[far])
 
 
 def one_opinion_each(points: FloatArray, patch: float) -> FloatArray:

@@ -70,7 +70,11 @@ class HealthWatch:
     @property
     def doubtful(self) -> bool:
         """Whether the whole map should be searched."""
-        return self.quick < max(self.rules.doubtful, self.usual - self.rules.fallen)
+        return not self.usually(self.quick)
+
+    def usually(self, explained: float) -> bool:
+        """Whether a share is no worse than what is usual here."""
+        return explained >= max(self.rules.doubtful, self.usual - self.rules.fallen)
 
     @property
     def lost(self) -> bool:

@@ -68,7 +68,7 @@ class Ladder:
             several: whether more than one place is possible.
         """
         self.watch.add(stamp, explained)
-        self.trust.support(step, not self.watch.doubtful)
+        self.trust.support(step, not self.watch.doubtful, self.watch.usually(explained))
         if not (self.watch.doubtful or several):
             self.rivals.forget()
             return Rung.NONE

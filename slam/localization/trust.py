@@ -41,7 +41,7 @@ class Trust:
     def __init__(self, rules: TrustRules) -> None:
         self._rules = rules
         self._points, self._at = NOTHING, SE2()  # of the last scan that agreed with the one before it
-        self._newest = SE2()
+        self._newest, self._newest_points = SE2(), NOTHING
         self._way = 0.0  # with support, since the last break [m or rad]
         self._broken = False
 
@@ -52,7 +52,7 @@ class Trust:
 
     def follow(self, points: FloatArray, T_odom_base: SE2) -> None:
         """Take in a scan, points (N, 2) in base [m], and where wheels lead to."""
-        self._newest = T_odom_base
+        self._newest, self._newest_points = T_odom_base, points
         share, compared = agreement(self._points, points, self._since(), (self._rules.tolerance, self._rules.tolerance_share))
         self._broken = len(self._points) > 0 and (compared < FEWEST or share < self._rules.agreement)
         if self._broken and _length(self._since()) < self._rules.memory:
@@ -61,9 +61,18 @@ class Trust:
             self._way, self._broken = 0.0, False
         self._points, self._at = points, T_odom_base
 
-    def support(self, step: SE2, supported: bool) -> None:
-        """Count a step, if the map supports the pose that it leads to."""
+    def support(self, step: SE2, supported: bool, fits: bool) -> None:
+        """Count a step, if the map supports the pose that it leads to.
+
+        Args:
+            step: since the scan before.
+            supported: by the scans of late.
+            fits: the newest scan as well as is usual. Then nobody has carried the robot, whatever the scans before show: somebody who
+                passed by has hidden what is around it, and from here on they follow one another again.
+        """
         self._way += _length(step.as_array()) if supported else 0.0
+        if self._broken and fits:
+            self._points, self._at, self._broken = self._newest_points, self._newest, False
 
     def forget(self, sure: bool = False) -> None:
         """Begin anew: the robot has been found elsewhere, and whether that is sure."""

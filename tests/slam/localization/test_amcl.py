@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,17 @@ def test_without_wheels_the_pose_is_tracked_and_the_lack_is_named(room, room_map
     assert distance < 0.03
     assert estimate.status == Status.DEGRADED
     assert "no wheel odometry" in estimate.reason
+
+
+def test_somebody_who_stands_around_the_robot_moves_it_nowhere(room, room_map):
+    pipeline, drive = Amcl().build(room_map, START), frames(room, 5.0)
+    hidden = [replace(scan, ranges=np.minimum(scan.ranges, 0.12)) for frame in drive[20:28] for scan in frame.scans]
+    drive[20:28] = [replace(frame, scans=(scan,)) for frame, scan in zip(drive[20:28], hidden, strict=True)]
+    for frame in drive:
+        estimate, T = pipeline.update(frame), truth(frame.stamp)
+        assert math.hypot(estimate.T_map_base.x - T.x, estimate.T_map_base.y - T.y) < 0.08
+        assert ("the scan shows nothing" in estimate.reason) == (20 <= round(10 * frame.stamp) < 28)
+    assert estimate.status == Status.TRACKING
 
 
 def test_the_covariance_covers_the_error(room, room_map):

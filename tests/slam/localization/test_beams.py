@@ -1,6 +1,6 @@
 import numpy as np
 
-from slam.localization.beams import evenly, one_opinion_each
+from slam.localization.beams import apart, evenly, one_opinion_each
 from slam.scans import PointScan
 
 
@@ -16,6 +16,13 @@ def test_fewer_beams_than_asked_for_are_all_taken():
     cloud = PointScan(0.0, np.zeros((7, 2)), np.zeros((7, 2)))
     assert evenly(cloud, 60) is cloud
     assert evenly(cloud, 0) is cloud
+
+
+def test_what_touches_the_robot_is_left_out():
+    points, origins = np.array([[0.12, 0.0], [0.3, 0.0], [0.0, 0.2]]), np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]])
+    assert apart(PointScan(0.0, points, origins)).points.tolist() == [[0.3, 0.0]]
+    cloud = PointScan(0.0, points[1:2], origins[1:2])
+    assert apart(cloud) is cloud
 
 
 def test_beams_on_one_piece_of_wall_have_one_opinion_together():

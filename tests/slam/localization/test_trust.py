@@ -16,11 +16,11 @@ def seen(pose, room=(4.0, 3.0)):
     return pose.inverse().transform(np.column_stack([np.concatenate(one) for one in zip(*walls, strict=True)]))
 
 
-def drive(trust, pose, odometry, steps, supported=True, room=(4.0, 3.0)):
+def drive(trust, pose, odometry, steps, supported=True, room=(4.0, 3.0), fits=False):
     for _ in range(steps):
         pose, odometry = pose @ STEP, odometry @ STEP
         trust.follow(seen(pose, room), odometry)
-        trust.support(STEP, supported)
+        trust.support(STEP, supported, fits)
     return pose, odometry
 
 
@@ -50,6 +50,16 @@ def test_somebody_who_hides_all_for_a_moment_breaks_no_track():
     pose, odometry = drive(trust, SE2(-1.0), SE2(), 11)
     pose, odometry = drive(trust, pose, odometry, 2, supported=False, room=(1.2, 1.2))
     drive(trust, pose, odometry, 1)
+    assert trust.earned
+
+
+def test_somebody_who_comes_close_and_goes_elsewhere_breaks_no_track_that_the_map_supports():
+    trust = Trust(TrustRules())
+    pose, odometry = drive(trust, SE2(-1.0), SE2(), 11)
+    pose, odometry = drive(trust, pose, odometry, 1, supported=False, room=(2.6, 3.0))
+    trust.follow(seen(pose, (0.9, 0.8)), odometry)  # what the next scans are compared with is mostly somebody
+    assert not trust.earned
+    drive(trust, pose, odometry, 3, fits=True)
     assert trust.earned
 
 
