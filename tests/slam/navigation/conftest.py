@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from slam.grid import FREE, OCCUPIED, UNKNOWN, GridGeometry, OccupancyGrid
 from slam.kernels import outlook
+from slam.kernels.jit import njit
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory, Twist, WheelOdometry
 from slam.navigation.policies import Policy
 from slam.se2 import SE2
@@ -16,6 +18,7 @@ from slam.snapshot import Snapshot
 
 ANGLES = np.radians(np.arange(-180.0, 180.0, 1.0))
 PERIOD, REACH = 0.04, 5.6
+DISTANCES = np.arange(0.05, REACH, 0.025)
 
 
 def states_of_picture(picture: str, scale: int = 1) -> np.ndarray:
@@ -30,6 +33,21 @@ def grid_of_picture(picture: str, scale: int = 1, resolution: float = 0.05) -> O
     """A map of such a picture with its corner in the origin."""
     states = states_of_picture(picture, scale)
     return OccupancyGrid.from_states(GridGeometry(resolution, states.shape[1], states.shape[0]), states)
+
+
+@njit
+def first_hits(solid: np.ndarray, start: np.ndarray, ways: np.ndarray, distances: np.ndarray, resolution: float) -> np.ndarray:
+    """The least of the distances at which each way meets a solid cell; the corner of the cells is in the origin."""
+    ranges = np.full(len(ways), np.inf)
+    height, width = solid.shape
+    for k in range(len(ways)):
+        for distance in distances:
+            col = math.floor((start[0] + ways[k, 0] * distance) / resolution)
+            row = math.floor((start[1] + ways[k, 1] * distance) / resolution)
+            if solid[min(max(row, 0), height - 1), min(max(col, 0), width - 1)]:
+                ranges[k] = distance
+                break
+    return ranges
 
 
 class CellWorld:
@@ -79,14 +97,10 @@ class CellWorld:
         return SensorFrame(self.time, odometry, scans=(self._scan(),))
 
     def _scan(self) -> LaserScan:
-        distances = np.arange(0.05, REACH, 0.025)
-        x = self.pose.x + np.cos(self.pose.yaw + ANGLES)[:, None] * distances
-        y = self.pose.y + np.sin(self.pose.yaw + ANGLES)[:, None] * distances
-        cells = self.truth.geometry.to_cells(np.column_stack([x.ravel(), y.ravel()]))
-        rows = np.clip(cells[:, 0], 0, self.solid.shape[0] - 1)
-        cols = np.clip(cells[:, 1], 0, self.solid.shape[1] - 1)
-        hits = (self.solid | self.added)[rows, cols].reshape(x.shape)
-        ranges = np.where(hits.any(axis=1), distances[np.argmax(hits, axis=1)], np.inf)
+        bearings = self.pose.yaw + ANGLES
+        ways = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        start = self.pose.as_array()[:2]
+        ranges = first_hits(self.solid | self.added, start, ways, DISTANCES, self.truth.geometry.resolution)
         return LaserScan(self.time, ranges, ANGLES, 0.0, 0.02, REACH)
 
 
