@@ -6,8 +6,8 @@ sh scripts/setup.sh test
 PATH="$PWD/.venv/bin:$PATH"
 export PATH
 quick=0 live=0 said=$(mktemp)
-python -m pytest -m wall_clock -n 0 "$@" > "$said" 2>&1 &
-trap 'kill $! 2> /dev/null || true; rm -f "$said"' EXIT
+setsid python -m pytest -m wall_clock -n 0 "$@" > "$said" 2>&1 &
+trap 'kill -- -$! $! 2> /dev/null || true; rm -f "$said"' EXIT  # the emulators too
 trap 'exit 130' INT TERM
 gently() { nice -n 19 "$@"; }
 gently ruff format --check --quiet .
