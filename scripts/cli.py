@@ -22,7 +22,7 @@ from worlds.errors import WorldError
 
 VERBS = (
     "demo", "run", "compare", "experiment", "evaluate", "worlds", "convert", "icp", "print",
-    "emulate", "doctor", "install", "teleop", "calibrate", "bench",
+    "emulate", "doctor", "install", "teleop", "calibrate", "locate", "bench",
 )  # fmt: skip
 EXPECTED = (HardwareError, OutputError, SimError, SlamError, UsageError, WorldError)
 

@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any, cast
 
+import cv2
 import numpy as np
 import yaml
 
@@ -50,14 +51,19 @@ def write_camera_info(path: Path, camera: CameraInfo, name: str = "camera", note
         raise CameraInfoFileError(path, error.strerror or error) from error
 
 
-def read_camera_info(path: Path) -> CameraInfo:
-    """Read a camera; its mount and row time, of which the file says nothing, are none.
+def read_camera_info(path: Path, size: tuple[int, int] | None = None) -> CameraInfo:
+    """Read a camera, from ROS's YAML or from OpenCV's; its mount and row time, of which the file says nothing, are none.
+
+    Args:
+        path: the file.
+        size: width and height [px] where the file does not tell them, as OpenCV's need not.
 
     Raises:
         CameraInfoFileError: it cannot be read, or is no pinhole camera with k1 k2 p1 p2 k3.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        content = _of_opencv(path, size) if text.startswith("%YAML:1.0") else yaml.safe_load(text)
     except OSError as error:
         raise CameraInfoFileError(path, error.strerror or error) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -86,6 +92,21 @@ def _camera(path: Path, content: dict[str, Any]) -> CameraInfo:
     if D.size > 5:
         raise CameraInfoFileError(path, f"{D.size} distortion coefficients; at most 5 are right (k1 k2 p1 p2 k3)")
     return CameraInfo(*size, K.reshape(3, 3), np.pad(D, (0, 5 - D.size)))
+
+
+def _of_opencv(path: Path, size: tuple[int, int] | None) -> dict[str, Any]:
+    """The entries of OpenCV's calibration file, as ROS's file has them."""
+    try:
+        storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    except cv2.error as error:
+        raise CameraInfoFileError(path, f"OpenCV cannot read it: {str(error).splitlines()[0]}") from error
+    names = {"image_width": 0, "image_height": 1}
+    content: dict[str, Any] = {name: size[k] for name, k in names.items() if size is not None}
+    content |= {name: node.real() for name in names if not (node := storage.getNode(name)).empty()}
+    matrices = {name: storage.getNode(name) for name in ("camera_matrix", "distortion_coefficients")}
+    content |= {name: {"data": node.mat()} for name, node in matrices.items() if not node.empty()}
+    storage.release()
+    return content
 
 
 def _numbers(path: Path, content: dict[str, Any], name: str) -> FloatArray:

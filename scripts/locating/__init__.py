@@ -1,0 +1,1 @@
+"""What `twin locate` is made of."""
