@@ -171,15 +171,13 @@ class WiredTwin(Openable):
 
     def next_turn(self) -> Turn | None:
         """The next turn of the lidar that nobody has taken."""
-        with self._lock:
-            self._catch_up()
-            return self._turns.popleft() if self._turns else None
+        self._glance()
+        return self._turns.popleft() if self._turns else None
 
     def next_image(self) -> RgbdImage | None:
         """The next image of the camera that nobody has taken."""
-        with self._lock:
-            self._catch_up()
-            return self._images.popleft() if self._images else None
+        self._glance()
+        return self._images.popleft() if self._images else None
 
     def pose(self, t: float) -> SE2:
         """The truth: `T_world_base` at host time `t` [s]."""
@@ -194,6 +192,14 @@ class WiredTwin(Openable):
             stamps = self.start + STEP * (self._told + EVERY * np.arange(len(track), dtype=np.float64))
             self._told += EVERY * len(track)
         return Trajectory(stamps, track)
+
+    def _glance(self) -> None:
+        """Catch up unless somebody does so already: a lidar answers questions while the camera's image is drawn."""
+        if self._lock.acquire(blocking=False):
+            try:
+                self._catch_up()
+            finally:
+                self._lock.release()
 
     def _follow(self) -> None:
         while not self._ended.wait(BEAT):
