@@ -55,10 +55,6 @@ class Explorer:
     """So far into the unknown a look is believed to go [m]."""
     near: float = 1.5
     """A stretch is looked at from within this distance [m]."""
-    roomy: float = 0.25
-    """Room that a place to look from should have [m]."""
-    cramped: float = 0.5
-    """What a place with less is worth in metres of way: whoever squeezes in loses time."""
     gain_scale: float = 1.0
     """Of the strategy `utility`: metres of way that a metre of border is worth."""
     decay: float = 0.25
@@ -69,7 +65,7 @@ class Explorer:
         if self.strategy not in STRATEGIES:
             raise UnknownNameError("explorer", self.strategy, sorted(STRATEGIES))
         require_positive(self, "around", "depth", "near")
-        require_not_negative(self, "shortest", "least_gain", "roomy", "cramped", "gain_scale", "decay")
+        require_not_negative(self, "shortest", "least_gain", "gain_scale", "decay")
 
     def goal(self, grid: OccupancyGrid, pose: SE2) -> Frontier | None:
         """The frontier to go to next; None: the reachable area is explored."""
@@ -87,11 +83,10 @@ class Explorer:
             near: distance to look from [m], instead of the settings'.
         """
         costmap, resolution = ways.costmap, ways.costmap.geometry.resolution
-        efforts = self._efforts(ways)
         found: list[tuple[float, tuple[int, int], tuple[int, int]]] = []
         for cells in borders(costmap, self.shortest):
             middle = _middle(cells)
-            seen_from = outlook.viewpoint(efforts, costmap.states, middle, (near or self.near) / resolution)
+            seen_from = outlook.viewpoint(ways.lengths, costmap.states, middle, (near or self.near) / resolution)
             if seen_from[0] >= 0:
                 found.append((len(cells) * resolution, middle, seen_from))
         middles = np.array([middle for _, middle, _ in found], dtype=np.int64).reshape(-1, 2)
@@ -103,11 +98,6 @@ class Explorer:
             for (length, middle, at), gain in zip(found, gains, strict=True)
         ]
         return [frontier for frontier in frontiers if frontier.gain >= self.least_gain]
-
-    def _efforts(self, ways: Ways) -> FloatArray:
-        """(H, W) what it costs to get to a place and stand there [cells]; where the robot is that is nothing."""
-        tight = (ways.costmap.room < self.roomy) & (ways.lengths > outlook.CLOSE)
-        return np.where(tight, ways.lengths + self.cramped / ways.costmap.geometry.resolution, ways.lengths)
 
 
 def borders(costmap: Costmap, shortest: float) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
