@@ -175,6 +175,8 @@ def drive_home(env: Driven) -> bool:
 def known_grid(cells: NDArray[np.uint8]) -> OccupancyGrid:
     """The known part of an explorer's map (SIDE, SIDE), with a little around it."""
     rows, cols = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+    if not len(rows):  # about the start, where nothing is known either
+        rows = cols = np.array([HALF])
     low = max(int(rows[0]) - MARGIN, 0), max(int(cols[0]) - MARGIN, 0)
     part = cells[low[0] : int(rows[-1]) + MARGIN + 1, low[1] : int(cols[-1]) + MARGIN + 1]
     corner = SE2((low[1] - HALF) * CELL, (low[0] - HALF) * CELL)

@@ -20,9 +20,11 @@ from sim.envs.native import LEAD, PERIOD, Sight, acting_time, clear, empty_chart
 from sim.envs.site import Site
 from sim.envs.task import Task
 from sim.ground_truth import GroundTruth, ground_truth
-from slam.grid import FREE, OCCUPIED, OccupancyGrid
+from slam.grid import OccupancyGrid
 from slam.messages import LaserScan, Twist
 
+FIRST_MAP = 20
+"""Steps for which the robot stands until it has a map: SLAM has none before its odometry covers the first scan."""
 PROMPT = "Put the robot where it shall start, and press Enter. "
 
 
@@ -80,6 +82,11 @@ class HalBody:
         self._steps, self._began = -1, self.robot.clock.now() + (0.0 if site is not None else PERIOD - LEAD)
         self.sight.scan[0], self.image = 0.0, None
         self._advance()
+        gained = int(self.sight.gained[0])
+        while not self.cells.any() and self._steps < FIRST_MAP:
+            self._advance()
+            gained += int(self.sight.gained[0])
+        self.sight.gained[0] = gained
 
     def step(self, twist: Twist) -> None:
         """See `Body`."""
@@ -187,14 +194,15 @@ class HalBody:
 def _copy(grid: OccupancyGrid, chart: map_kernel.Chart) -> None:
     """Write a map of SLAM, whose axes are the map's, over an explorer's map."""
     cells, _, blocks, _ = chart
-    geometry, states = grid.geometry, grid.states()
+    geometry, known = grid.geometry, np.where(grid.log_odds < 0.0, 1, 0).astype(np.uint8)  # at the first beam, as in `map_kernel`
+    known[grid.likely()] = CERTAIN
     corner = np.rint((np.array([geometry.T_map_grid.y, geometry.T_map_grid.x])) / CELL).astype(np.int64) + HALF
-    low, high = np.maximum(corner, 0), np.minimum(corner + states.shape, SIDE)
-    part = states[low[0] - corner[0] : high[0] - corner[0], low[1] - corner[1] : high[1] - corner[1]]
-    cells[:] = 0
-    cells[low[0] : high[0], low[1] : high[1]] = np.where(part == FREE, 1, np.where(part == OCCUPIED, CERTAIN, 0))
-    count = SIDE // BLOCK
-    shaped = cells.reshape(count, BLOCK, count, BLOCK)
-    free, walls = (shaped == 1).sum(axis=(1, 3)), (shaped == CERTAIN).sum(axis=(1, 3))
-    light = np.minimum(UNKNOWN_GREY + 2 * free, FREE_GREY)
-    blocks[:] = light * (WALLS_IN_BLOCK - np.minimum(walls, WALLS_IN_BLOCK)) // WALLS_IN_BLOCK
+    low, high = np.maximum(corner, 0), np.minimum(corner + known.shape, SIDE)
+    cells[:], blocks[:] = 0, UNKNOWN_GREY
+    cells[low[0] : high[0], low[1] : high[1]] = known[low[0] - corner[0] : high[0] - corner[0], low[1] - corner[1] : high[1] - corner[1]]
+    first, last = low // BLOCK, -(-high // BLOCK)
+    height, width = (last - first).tolist()
+    part = cells[first[0] * BLOCK : last[0] * BLOCK, first[1] * BLOCK : last[1] * BLOCK].reshape(height, BLOCK, width, BLOCK)
+    free, walls = (part == 1).sum(axis=(1, 3)), (part == CERTAIN).sum(axis=(1, 3))
+    light = np.minimum(UNKNOWN_GREY + 2 * free, FREE_GREY) * (WALLS_IN_BLOCK - np.minimum(walls, WALLS_IN_BLOCK)) // WALLS_IN_BLOCK
+    blocks[first[0] : last[0], first[1] : last[1]] = light

@@ -62,6 +62,24 @@ def test_the_known_part_of_a_map_lies_where_it_was():
     assert (grid.log_odds < 0.0).sum() == 17
 
 
+def test_a_map_that_knows_nothing_has_no_frontier():
+    grid = known_grid(np.zeros((SIDE, SIDE), np.uint8))
+    assert not grid.log_odds.any()
+    np.testing.assert_allclose(grid.geometry.to_points(np.array([[0, 0]])), [[-3.5 * CELL, -3.5 * CELL]])
+
+
+@pytest.mark.parametrize("pose", ["odometry", "slam"])
+def test_there_are_frontiers_from_the_start_however_the_map_is_made(pose):
+    env = gymnasium.make(ID, world=EASY, pose=pose, realism="datasheet")
+    observation, info = env.reset(seed=0)
+    assert observation["action_mask"].any()
+    assert info["coverage"] > 0.02
+    for _ in range(4):
+        info = env.step(np.int64(0))[4]
+    assert info["path_length"] > 0.1
+    env.close()
+
+
 def test_a_robot_finds_home():
     env = ExploreEnv(world=EASY)
     env.reset(seed=0)
