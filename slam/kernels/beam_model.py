@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import njit
-from slam.kernels.rays import cast
+from slam.kernels.rays import cast_along, directions
 
 
 @njit
@@ -35,15 +35,17 @@ def weigh(
     measured = np.empty(len(beams), np.int64)
     for i in range(len(beams)):
         measured[i] = min(int(beams[i, 3] * per_metre), last)
-    rays = np.empty((len(beams), 3))
+    bearings = directions(beams[:, :3])
+    rays, headings = np.empty((len(beams), 2)), np.empty((2, len(beams)))
     for n in range(len(poses)):
         x, y, yaw = poses[n, 0], poses[n, 1], poses[n, 2]
         c, s = np.cos(yaw), np.sin(yaw)
         for i in range(len(beams)):
             rays[i, 0] = x + c * beams[i, 0] - s * beams[i, 1]
             rays[i, 1] = y + s * beams[i, 0] + c * beams[i, 1]
-            rays[i, 2] = yaw + beams[i, 2]
-        expected = cast(squares, rays, sizes[0], reach)
+            headings[0, i] = c * bearings[0, i] - s * bearings[1, i]
+            headings[1, i] = s * bearings[0, i] + c * bearings[1, i]
+        expected = cast_along(squares, rays, headings, sizes[0], reach)
         total = 0.0
         for i in range(len(beams)):
             col = min(int(expected[i] * per_metre), last) if expected[i] < reach else last

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slam.kernels.gauss_newton import match_in_map
 from slam.kernels.jit import njit
-from slam.kernels.rays import cast
+from slam.kernels.rays import cast_along
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, ONE_SIDED, Field, X, Y
 
 Floats = NDArray[np.float64]
@@ -26,6 +26,8 @@ SLACK = 0.07
 BODY = 0.12
 """What stands about the laser in the map is not there, for the robot is [m]."""
 NO_SURFACE = 1e3
+SHORTEST = 1e-9
+"""A beam has a direction [m]."""
 
 
 @njit
@@ -56,7 +58,7 @@ def explain(poses: Floats, beams: Beams, field: Field, squares: Squares, noise: 
     origins, ends, hits, reach = beams
     n = len(ends)
     logs, fits = np.empty((len(poses), n)), np.zeros((len(poses), n), np.bool_)
-    rays, lengths, skipped = np.empty((n, 3)), np.empty(n), np.empty(n)
+    rays, headings, lengths, skipped = np.empty((n, 4)), np.empty((2, n)), np.empty(n), np.empty(n)
     for k in range(len(poses)):
         c, s = np.cos(poses[k, 2]), np.sin(poses[k, 2])
         for i in range(n):
@@ -64,11 +66,13 @@ def explain(poses: Floats, beams: Beams, field: Field, squares: Squares, noise: 
             lengths[i] = np.hypot(dx, dy)
             rays[i, 0] = poses[k, 0] + c * origins[i, 0] - s * origins[i, 1]
             rays[i, 1] = poses[k, 1] + s * origins[i, 0] + c * origins[i, 1]
-            rays[i, 2] = np.arctan2(s * dx + c * dy, c * dx - s * dy)
+            length = max(lengths[i], SHORTEST)
+            headings[0, i], headings[1, i] = (c * dx - s * dy) / length, (s * dx + c * dy) / length
+            rays[i, 2:] = headings[:, i]
             skipped[i] = min(BODY, 0.5 * lengths[i])
-            rays[i, 0] += skipped[i] * np.cos(rays[i, 2])
-            rays[i, 1] += skipped[i] * np.sin(rays[i, 2])
-        open_to, wall_at = cast(squares[0], rays, squares[2], reach), cast(squares[1], rays, squares[2], reach)
+            rays[i, :2] += skipped[i] * headings[:, i]
+        open_to = cast_along(squares[0], rays, headings, squares[2], reach)
+        wall_at = cast_along(squares[1], rays, headings, squares[2], reach)
         for i in range(n):
             open_to[i], wall_at[i] = open_to[i] + skipped[i], wall_at[i] + skipped[i]
         for i in range(n):
@@ -117,7 +121,7 @@ def _missed(length: float, seen: tuple[float, float], noise: Noise) -> tuple[flo
 def _surface_at(ray: Floats, length: float, field: Field) -> tuple[float, float]:
     """Distance [m] from a beam's end to the surface that faces it, `NO_SURFACE` for none, and the cosine of the incidence."""
     nearest, surfaces, resolution = field
-    u, v = np.cos(ray[2]), np.sin(ray[2])
+    u, v = ray[2], ray[3]
     x, y = ray[0] + length * u, ray[1] + length * v
     col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
     if not (0 <= row < nearest.shape[0] and 0 <= col < nearest.shape[1]) or nearest[row, col] < 0:

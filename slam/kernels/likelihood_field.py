@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels.jit import contracted, njit
-from slam.kernels.rays import direction
+from slam.kernels.rays import direction, short_direction
 from slam.kernels.surfaces import FLATNESS, NORMAL_X, NORMAL_Y, X, Y
 
 BLOCK = 256
 """Particles that are weighed together: what is known of them stays in the first cache."""
+TOGETHER = 4
+"""Beams that are looked up together."""
 LENGTH = 1.5
 """Half the length of the surface of one cell [cells]: on a slanting wall so far may the nearest hits be apart."""
 
@@ -60,46 +62,72 @@ def weigh(
     frame: NDArray[np.float64],
     points: NDArray[np.float32],
     weights: NDArray[np.float32],
-    table: NDArray[np.uint16],
-    scale: tuple[float, float],
+    table: NDArray[np.float32],
+    cell: float,
     log_likelihoods: NDArray[np.float64],
 ) -> None:
     """Write (N,) the weighted sums of the log-likelihoods of all points, for every particle.
 
-    Beams outside, particles inside: sums of different particles do not wait for each other.
+    Beams outside, particles inside: sums of different particles do not wait for each other, and all look up the same few cells.
 
     Args:
         poses: (N, 3) T_map_base: x, y [m], yaw [rad].
         frame: (3,) T_map_table; its origin is the corner of the first cell within the border.
-        points: (M, 2) in base [m].
+        points: (M, 2) in base [m]; M is a multiple of `TOGETHER`.
         weights: (M,) how much each point counts.
-        table: (H, W) likelihoods as steps below the best one, with a border that stands for everything outside.
-        scale: cell size [m], log-likelihood of one step.
+        table: (H, W) log-likelihoods, with a border that stands for everything outside.
+        cell: its size [m].
         log_likelihoods: (N,) written.
     """
-    cells, per_metre = table.reshape(-1), np.float32(1.0 / scale[0])
-    stride, right, top, zero = np.int32(table.shape[1]), np.int32(table.shape[1] - 1), np.int32(table.shape[0] - 1), np.int32(0)
-    x, y, c, s = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
-    c0, s0 = direction(frame[2])
-    index, sums = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.float32)
+    states, ends, cells = np.empty(4 * BLOCK, np.float32), np.empty(TOGETHER * BLOCK, np.uint32), table.reshape(-1)
+    sums = np.empty(BLOCK, np.float32)
     for start in range(0, len(poses), BLOCK):
         size = min(BLOCK, len(poses) - start)
-        for k in range(size):
-            dx, dy = poses[start + k, 0] - frame[0], poses[start + k, 1] - frame[1]
-            cos, sin = direction(poses[start + k, 2] - frame[2])
-            x[k], y[k] = (c0 * dx + s0 * dy) * per_metre + 1.0, (c0 * dy - s0 * dx) * per_metre + 1.0
-            c[k], s[k], sums[k] = cos * per_metre, sin * per_metre, 0.0
-        for i in range(len(points)):
-            px, py, weight = points[i, 0], points[i, 1], weights[i]
-            for k in range(size):
-                col = np.int32(x[np.uint32(k)] + c[np.uint32(k)] * px - s[np.uint32(k)] * py)
-                row = np.int32(y[np.uint32(k)] + s[np.uint32(k)] * px + c[np.uint32(k)] * py)
-                col = zero if col < zero else col
-                col = right if col > right else col
-                row = zero if row < zero else row
-                row = top if row > top else row
-                index[np.uint32(k)] = row * stride + col
-            for k in range(size):
-                sums[np.uint32(k)] += weight * np.float32(cells[np.uint32(index[np.uint32(k)])])
-        for k in range(size):
-            log_likelihoods[start + k] = -scale[1] * sums[k]
+        _in_table(poses[start : start + size], frame, 1.0 / cell, states)
+        sums[:] = 0.0
+        for i in range(0, len(points), TOGETHER):
+            for j in range(TOGETHER):
+                _cells_at(states, size, points[i + j], table.shape, ends[j * BLOCK :])
+            _add(cells, ends, weights[i : i + TOGETHER], sums[:size])
+        log_likelihoods[start : start + size] = sums[:size]
+
+
+@contracted
+def _in_table(poses: NDArray[np.float64], frame: NDArray[np.float64], per_metre: float, states: NDArray[np.float32]) -> None:
+    """Write x, y, cosine and sine of poses (K, 3) one after the other, each with room for a block, in the table's cells."""
+    c0, s0 = direction(frame[2])
+    for k in range(len(poses)):
+        dx, dy = poses[k, 0] - frame[0], poses[k, 1] - frame[1]
+        c, s = short_direction(poses[k, 2] - frame[2])
+        u = np.uint32(k)
+        states[u] = (c0 * dx + s0 * dy) * per_metre + 1.0
+        states[u + np.uint32(BLOCK)] = (c0 * dy - s0 * dx) * per_metre + 1.0
+        states[u + np.uint32(2 * BLOCK)] = c * per_metre
+        states[u + np.uint32(3 * BLOCK)] = s * per_metre
+
+
+@contracted
+def _cells_at(states: NDArray[np.float32], size: int, point: NDArray[np.float32], shape: tuple[int, int], ends: NDArray[np.uint32]) -> None:
+    """Write the flat index (K,) of the cell in which a point (2,) lies for each of the first particles of a block."""
+    px, py, stride, zero = point[0], point[1], np.int32(shape[1]), np.int32(0)
+    right, top = np.int32(shape[1] - 1), np.int32(shape[0] - 1)
+    for k in range(size):
+        u = np.uint32(k)
+        c, s = states[u + np.uint32(2 * BLOCK)], states[u + np.uint32(3 * BLOCK)]
+        col = np.int32(states[u] + c * px - s * py)
+        row = np.int32(states[u + np.uint32(BLOCK)] + s * px + c * py)
+        col = zero if col < zero else col
+        col = right if col > right else col
+        row = zero if row < zero else row
+        row = top if row > top else row
+        ends[u] = row * stride + col
+
+
+@contracted
+def _add(cells: NDArray[np.float32], ends: NDArray[np.uint32], weights: NDArray[np.float32], sums: NDArray[np.float32]) -> None:
+    """Add what some beams say of each particle: several at once, for a sum that is not written for each of them is twice as fast."""
+    w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
+    for k in range(len(sums)):
+        u = np.uint32(k)
+        first = w0 * cells[ends[u]] + w1 * cells[ends[u + np.uint32(BLOCK)]]
+        sums[u] += first + (w2 * cells[ends[u + np.uint32(2 * BLOCK)]] + w3 * cells[ends[u + np.uint32(3 * BLOCK)]])

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from slam.kernels.jit import njit
 from slam.kernels.rays import direction
 
+BLOCK = 256
+"""Particles that are moved together: one short loop for each step, so that the compiler takes several at once."""
+
 
 @njit
 def move_by_odometry(
@@ -25,15 +28,22 @@ def move_by_odometry(
         poses: (N, 3) before.
         step: first turn [rad], way [m], second turn [rad].
         deviations: their standard deviations.
-        normals: (N, 3) standard normal.
+        normals: (3, N) standard normal.
     """
     moved = np.empty_like(poses)
-    for n in range(len(poses)):
-        yaw = poses[n, 2] + step[0] + deviations[0] * normals[n, 0]
-        c, s = direction(yaw)
-        way = step[1] + deviations[1] * normals[n, 1]
-        moved[n, 0], moved[n, 1] = poses[n, 0] + way * c, poses[n, 1] + way * s
-        moved[n, 2] = _wrapped(yaw + step[2] + deviations[2] * normals[n, 2])
+    yaws, over = np.empty(BLOCK), np.empty((2, BLOCK))
+    for start in range(0, len(poses), BLOCK):
+        stop = min(start + BLOCK, len(poses))
+        block, noise, result = poses[start:stop], normals[:, start:stop], moved[start:stop]
+        for n in range(len(block)):
+            yaws[n] = block[n, 2] + step[0] + deviations[0] * noise[0, n]
+        for n in range(len(block)):
+            c, s = direction(yaws[n])
+            way = step[1] + deviations[1] * noise[1, n]
+            over[0, n], over[1, n] = way * c, way * s
+        for n in range(len(block)):
+            result[n, 0], result[n, 1] = block[n, 0] + over[0, n], block[n, 1] + over[1, n]
+            result[n, 2] = _wrapped(yaws[n] + step[2] + deviations[2] * noise[2, n])
     return moved
 
 
@@ -52,16 +62,16 @@ def move_by_velocity(
         poses: (N, 3) before.
         motion: speed v [m/s], yaw rate w [rad/s], time dt [s].
         deviations: standard deviations of speed, yaw rate and final turn rate.
-        normals: (N, 3) standard normal.
+        normals: (3, N) standard normal.
     """
     dt = motion[2]
     moved = np.empty_like(poses)
     for n in range(len(poses)):
-        half = 0.5 * dt * (motion[1] + deviations[1] * normals[n, 1])
+        half = 0.5 * dt * (motion[1] + deviations[1] * normals[1, n])
         c, s = direction(poses[n, 2] + half)
-        chord = dt * (motion[0] + deviations[0] * normals[n, 0]) * _sinc(half)
+        chord = dt * (motion[0] + deviations[0] * normals[0, n]) * _sinc(half)
         moved[n, 0], moved[n, 1] = poses[n, 0] + chord * c, poses[n, 1] + chord * s
-        moved[n, 2] = _wrapped(poses[n, 2] + 2.0 * half + dt * deviations[2] * normals[n, 2])
+        moved[n, 2] = _wrapped(poses[n, 2] + 2.0 * half + dt * deviations[2] * normals[2, n])
     return moved
 
 
@@ -74,7 +84,7 @@ def _sinc(x: float) -> float:
 @njit
 def _wrapped(angle: float) -> float:
     """In (-pi, pi] [rad]."""
-    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
+    return angle - 2.0 * np.pi * np.ceil(angle * (0.5 / np.pi) - 0.5)
 
 
 @njit

@@ -48,9 +48,16 @@ def cast(squares: NDArray[np.uint8], rays: NDArray[np.float64], resolution: floa
         resolution: cell size [m].
         reach: farthest distance that counts [m].
     """
+    return cast_along(squares, rays, directions(rays), resolution, reach)
+
+
+@njit
+def cast_along(
+    squares: NDArray[np.uint8], rays: NDArray[np.float64], headings: NDArray[np.float64], resolution: float, reach: float
+) -> NDArray[np.float64]:
+    """As `cast`, of rays that start at x, y (N, 2 or more) [m] along headings given as cosine and sine (2, N)."""
     ranges = np.empty(len(rays))
     height, width = squares.shape[1:]
-    headings = directions(rays)
     cells, limit, scale = squares.reshape(-1), reach / resolution, 1.0 / resolution
     for i in range(len(rays)):
         x, y = rays[i, 0] * scale + 1.0, rays[i, 1] * scale + 1.0
@@ -109,3 +116,27 @@ def direction(yaw: float) -> tuple[float, float]:
     halves = np.floor(0.5 * quarters)
     odd, sign = quarters - 2.0 * halves, 1.0 - 2.0 * (halves - 2.0 * np.floor(0.5 * halves))
     return sign * ((1.0 - odd) * c - odd * s), sign * ((1.0 - odd) * s + odd * c)
+
+
+@inlined
+def short_direction(yaw: float) -> tuple[np.float32, np.float32]:
+    """As `direction`, right to 3e-7."""
+    turns = yaw * (0.5 / np.pi)
+    return turned(np.float32(turns - np.floor(turns + 0.5)))
+
+
+QUARTER, HALF, ONE, TWO, FOUR = np.float32(0.5 * np.pi), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(4.0)
+S3, S5, S7, S9 = np.float32(-1 / 6), np.float32(1 / 120), np.float32(-1 / 5040), np.float32(1 / 362880)
+C4, C6, C8 = np.float32(1 / 24), np.float32(-1 / 720), np.float32(1 / 40320)
+
+
+@inlined
+def turned(turns: np.float32) -> tuple[np.float32, np.float32]:
+    """Cosine and sine of a part of a turn, right to 3e-7: twice as many at once as in double precision, and half as long a series."""
+    quarters = np.floor(turns * FOUR + HALF)
+    a = (turns * FOUR - quarters) * QUARTER
+    b = a * a
+    s, c = a * (ONE + b * (S3 + b * (S5 + b * (S7 + b * S9)))), ONE + b * (-HALF + b * (C4 + b * (C6 + b * C8)))
+    halves = np.floor(HALF * quarters)
+    odd, sign = quarters - TWO * halves, ONE - TWO * (halves - TWO * np.floor(HALF * halves))
+    return sign * ((ONE - odd) * c - odd * s), sign * ((ONE - odd) * s + odd * c)

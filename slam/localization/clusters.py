@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from slam.kernels import bins as kernels
 from slam.kernels.moments import moments
 from slam.localization.particles import YAW_BINS, Particles
@@ -37,6 +35,7 @@ def clusters_of(particles: Particles, least: float = 0.01) -> tuple[Cluster, ...
     bins, places = particles.bins
     labels = kernels.connect(places, YAW_BINS)
     shares, means, covariances = moments(particles.poses, particles.weights, labels[bins], len(places))
-    order = np.argsort(-shares, kind="stable")
-    found = [k for k in order if shares[k] >= least] or [order[0]]
-    return tuple(Cluster(SE2.from_array(means[k]), covariances[k], float(shares[k])) for k in found)
+    weights = shares.tolist()
+    order = sorted(range(len(weights)), key=lambda k: -weights[k])
+    found = [k for k in order if weights[k] >= least] or order[:1]
+    return tuple(Cluster(SE2(*means[k].tolist()), covariances[k], weights[k]) for k in found)

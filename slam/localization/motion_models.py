@@ -10,14 +10,19 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.errors import require_not_negative
 from slam.kernels import particle_motion as kernels
+from slam.kernels.normals import standard_normals
 from slam.se2 import SE2, FloatArray, wrap_angle
 
 ON_THE_SPOT = 0.01
 """Below this way [m] its direction says nothing, and all of the turn is the second one: a turn of 0.1 rad on the spot would spread
 by 27 deg instead of 1.3."""
+
+MOST = 2**64 - 1
+"""All bits of a random number."""
 
 
 class MotionModel(Protocol):
@@ -53,7 +58,7 @@ class OdometryMotion:
 
     def sample(self, poses: FloatArray, step: SE2, duration: float, rng: np.random.Generator) -> FloatArray:
         """See `MotionModel`."""
-        noise = rng.standard_normal((len(poses), 3), dtype=np.float32)
+        noise = _normals(len(poses), rng)
         turn, way, last = turn_way_turn(step)
         return kernels.move_by_odometry(poses, (turn, way, last), self.deviations(step), noise)
 
@@ -101,13 +106,19 @@ class VelocityMotion:
             return poses
         along, _, turn = step.log()
         v, w = float(along) / duration, float(turn) / duration
-        noise = rng.standard_normal((len(poses), 3), dtype=np.float32)
+        noise = _normals(len(poses), rng)
         deviations = (
             math.sqrt(self.alpha1 * v * v + self.alpha2 * w * w),
             math.sqrt(self.alpha3 * v * v + self.alpha4 * w * w),
             math.sqrt(self.alpha5 * v * v + self.alpha6 * w * w),
         )
         return kernels.move_by_velocity(poses, (v, w, duration), deviations, noise)
+
+
+def _normals(count: int, rng: np.random.Generator) -> NDArray[np.float32]:
+    """(3, count) standard normal."""
+    bits = rng.integers(0, MOST, (3 * count + 1) // 2, np.uint64, endpoint=True)
+    return standard_normals(bits)[: 3 * count].reshape(3, count)
 
 
 def turn_way_turn(step: SE2) -> tuple[float, float, float]:

@@ -18,8 +18,6 @@ from slam.se2 import FloatArray
 FINEST = 4
 """Small cells along the side of a map's cell."""
 MOST_SMALL_CELLS = 8_000_000
-LEVELS = 65535
-"""Steps between the likeliest and the unlikeliest."""
 
 
 class Likelihood(Protocol):
@@ -76,23 +74,25 @@ class FieldTable:
 
     frame: FloatArray
     """(3,) T_map_grid."""
-    levels: NDArray[np.uint16]
-    """(k H + 2, k W + 2) steps below the best log-likelihood, for small cells; the border stands for all that is outside."""
-    scale: tuple[float, float]
-    """Side of a small cell [m], log-likelihood of a step."""
+    table: NDArray[np.float32]
+    """(k H + 2, k W + 2) log-likelihoods of small cells, 0 for the best; the border stands for all that is outside."""
+    cell: float
+    """Side of a small cell [m]."""
 
     @classmethod
     def of(cls, known_map: KnownMap, log_likelihoods: FloatArray) -> FieldTable:
         """From the log-likelihood (k H + 2, k W + 2) of each small cell."""
-        step = max(-float(log_likelihoods.min()), 1e-9) / LEVELS
         geometry = known_map.grid.geometry
         cell = geometry.resolution * geometry.width / (log_likelihoods.shape[1] - 2)
-        return cls(geometry.T_map_grid.as_array(), np.round(-log_likelihoods / step).astype(np.uint16), (cell, step))
+        return cls(geometry.T_map_grid.as_array(), log_likelihoods.astype(np.float32), cell)
 
     def log(self, poses: FloatArray, cloud: PointScan, weights: FloatArray) -> FloatArray:
         """See `Likelihood`."""
-        ends, shares, log_likelihoods = cloud.points.astype(np.float32), weights.astype(np.float32), np.empty(len(poses))
-        kernels.weigh(poses, self.frame, ends, shares, self.levels, self.scale, log_likelihoods)
+        beams = len(weights)
+        room = -(-beams // kernels.TOGETHER) * kernels.TOGETHER
+        ends, shares, log_likelihoods = np.zeros((room, 2), np.float32), np.zeros(room, np.float32), np.empty(len(poses))
+        ends[:beams], shares[:beams] = cloud.points, weights
+        kernels.weigh(poses, self.frame, ends, shares, self.table, self.cell, log_likelihoods)
         return log_likelihoods
 
 

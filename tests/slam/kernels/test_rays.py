@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.kernels.rays import cast, empty_squares
+from slam.kernels.rays import cast, empty_squares, short_direction
 
 ROOM = """
 ##########
@@ -87,3 +87,9 @@ def test_squares_larger_than_a_byte_lose_nothing():
     occupied[1, 690] = True
     wide = empty_squares(np.tile(occupied, (200, 1)))
     assert cast(wide, np.array([[1.5, 301.5, 0.0]]), 1.0, 999.0) == pytest.approx([688.5])
+
+
+def test_the_short_series_of_cosine_and_sine_are_right_to_single_precision():
+    yaws = np.linspace(-20.0, 20.0, 4001)
+    found = np.array([short_direction(yaw) for yaw in yaws])
+    assert np.abs(found - np.column_stack([np.cos(yaws), np.sin(yaws)])).max() < 5e-7
