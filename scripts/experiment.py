@@ -18,6 +18,7 @@ EXPERIMENTS = {
     "crowd": "document C: five people, region A moved, and both",
     "kidnap": "robots that are carried away, and false alarms of robots that are not",
     "furniture": "a share of the furniture moved, anew for every run: how often amcl is lost",
+    "markers": "document A: marker maps, markers 15 to 150 cm apart, turning or along the walls, chained or as a graph",
     "convergence": "document C: how the particles' spread falls after an uncertain start",
     "explore": "unattended exploration of the frozen maps with SLAM in the loop: how many are mapped, hangs, collisions",
 }
