@@ -21,6 +21,7 @@ from scripts.runs.files import OutputError
 from scripts.runs.folder import config_of, prepare, write_measurements, write_report
 from scripts.runs.interruption import interruptible
 from scripts.runs.loop import Loop, RunLog
+from scripts.runs.marker_pictures import write_marker_pictures
 from scripts.runs.metrics import Timing, compute_metrics
 from scripts.runs.options import RunOptions
 from scripts.runs.progress import progress_bar
@@ -102,16 +103,20 @@ def _write(run: Assembly, log: RunLog) -> RunRecord:
     truth = _truth(run, log)
     record = _gathered(run, log, truth)
     write_measurements(run.folder, record, truth)
-    _write_markers(run)
+    _write_markers(run, record, log)
     record = _scored(record, log)
     write_report(run.folder, record)
     return record
 
 
-def _write_markers(run: Assembly) -> None:
-    """Leave the marker map of a pipeline that has made one, ours and ArUco's."""
+def _write_markers(run: Assembly, record: RunRecord, log: RunLog) -> None:
+    """Leave the marker map of a pipeline that has made one, ours and ArUco's, and pictures of what it went by."""
     markers = run.pipeline.marker_map() if isinstance(run.pipeline, VisualSlamPipeline | FusionPipeline) else None
-    if markers is not None and markers.markers and run.options.marker_map is None:
+    if markers is None or not markers.markers:
+        return
+    if log.views:
+        write_marker_pictures(run.folder, record.title, (markers, record.final), log.views)
+    if run.options.marker_map is None:
         write_marker_map(run.folder / "markers.yaml", markers)
         write_aruco_map(run.folder / "markers_aruco.yml", markers)
 

@@ -33,7 +33,7 @@ RESULTS = (
     *("metrics.json", "report.png", "run.gif", "report.html"),
 )
 """What a run writes beside config.toml and its recording."""
-OF_SOME = ("particles.png",)
+OF_SOME = ("particles.png", "markers.png", "markers.gif")
 """What runs of some pipelines write too."""
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hardware.hal import Recorded, Robot
 from hardware.recorder import Recorder
+from scripts.runs.marker_views import MarkerView, marker_view
 from scripts.runs.record import KeyFrame, belief_row
 from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Estimate, LaserScan, SensorFrame, Status, Trajectory
@@ -46,6 +47,8 @@ class RunLog:
     key_frames: list[KeyFrame] = field(default_factory=list)
     beliefs: list[tuple[float, float, float, float, float]] = field(default_factory=list)
     """Rows of `ParticleHistory`, one at each snapshot."""
+    views: list[MarkerView] = field(default_factory=list)
+    """What the camera saw of markers, at the moments for the animation."""
     updates: list[float] = field(default_factory=list)
     """Wall time of each pipeline update [s]."""
     wall_time: float = 0.0
@@ -70,6 +73,7 @@ class RunLog:
         self.key_frames.append(_key_frame(scan, snapshot))
         if len(self.key_frames) > KEY_FRAMES:
             del self.key_frames[1::2]
+            del self.views[1::2]
             self.interval *= 2.0
 
 
@@ -120,6 +124,8 @@ class Loop:
                 log.beliefs.append(belief_row(frame.stamp, snapshot.particles))
         if moment:
             log.add_moment(frame.scans[-1], snapshot)
+            if (view := marker_view(self.pipeline, estimate)) is not None:
+                log.views.append(view)
         command = self.policy(frame, estimate, snapshot)
         if command is not None:
             self.robot.drive(command)

@@ -32,7 +32,7 @@ _PAGE = Template("""<!doctype html>
 $rows
 </table>
 </section>
-$outcome$particles<p>Beside this page:</p>
+$outcome$particles$markers<p>Beside this page:</p>
 <ul>
 <li><a href="config.toml">config.toml</a>: what was run, with every parameter;
 <code>twin run --params config.toml</code> uses them again</li>
@@ -47,15 +47,17 @@ and <a href="map.hits.npz">map.hits.npz</a>: where in each cell the wall was hit
 """)
 
 PARTICLES = '<p><img src="particles.png" alt="Particles: where they were, how many counted, their weights and spread over time"></p>\n'
+MARKERS = '<p><img src="markers.gif" alt="The camera\'s picture with axes on each marker, and the marker map in space"></p>\n'
 
 
 def write_page(path: Path, run: RunRecord) -> None:
-    """Write the page; it shows report.png and run.gif from its own folder.
+    """Write the page; it shows report.png, run.gif and, where it is, markers.gif from its own folder.
 
     Raises:
         OutputError: the file cannot be written.
     """
     particles = PARTICLES if len(run.beliefs.stamps) else ""
+    markers = MARKERS if (path.parent / "markers.gif").exists() else ""
     outcome = f"<p>The drive ended: {escape(run.outcome.reason)}.</p>\n" if run.outcome is not None else ""
     rows = "\n".join(f"<tr><td>{escape(key)}</td><td>{value:.4g}</td></tr>" for key, value in run.metrics.items())
-    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows, particles=particles, outcome=outcome))
+    write_text(path, _PAGE.substitute(title=escape(run.title), rows=rows, particles=particles, markers=markers, outcome=outcome))

@@ -125,6 +125,11 @@ class VisualSlamPipeline:
         """What the markers said of the newest image in which they said something."""
 
     @property
+    def image(self) -> RgbdImage | None:
+        """The newest image that `detection` may be of; None before the first."""
+        return self._image
+
+    @property
     def graph(self) -> MarkerGraph | None:
         """The marker map in the making; None before the first image."""
         return self._graph
