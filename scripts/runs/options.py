@@ -73,7 +73,8 @@ class RunOptions:
     are PyBullet's own; none: it is off, which is faster: only `visual_slam` and `fusion` look at images. Of `ev3`: where the camera
     is, `usb`, `usb:SERIAL`, or `tcp:HOST[:PORT]` for the one of `twin emulate`."""
     ev3: Annotated[str, arg(metavar="WHERE")] = "usb"
-    """Where the real robot's brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, or the path of a serial port."""
+    """Where the real robot's brick is: `usb`, `usb:SERIAL`, `tcp:HOST[:PORT]`, `wifi`, `wifi:SERIAL`, the path of a serial port, or with
+    ev3dev on it `ev3dev:HOST[:PORT]`."""
     lidar: Annotated[str, arg(metavar="WHERE")] = "/dev/ttyACM0"
     """Where its lidar is: the path of a serial port, or `tcp:HOST[:PORT]`."""
     truth: Annotated[Path | None, arg(metavar="FILE", help_behavior_hint="(default: none)")] = None

@@ -25,24 +25,13 @@ def rows(trials: int) -> list[Row]:
     """The longest time from kill -9 to rest, by transport."""
     with TemporaryDirectory() as folder:
         ways = {"TCP": ANYWHERE, "serial": str(Path(folder) / "brick"), "ev3dev": "ev3dev:127.0.0.1:0"}
-        return [
-            Row(
-                "wire",
-                f"{name}: kill -9 at full speed to wheels at rest, worst of {trials}",
-                _longest(way, Path(folder), trials),
-                "s",
-                "≤ 0.6",
-            )
-            for name, way in ways.items()
-        ]
+        longest = {name: max(time_to_rest(way, Path(folder) / "truth.tum") for _ in range(trials)) for name, way in ways.items()}
+    what = f"kill -9 at full speed to wheels at rest, worst of {trials}"
+    return [Row("wire", f"{name}: {what}", seconds, "s", "≤ 0.6") for name, seconds in longest.items()]
 
 
-def _longest(way: str, folder: Path, trials: int) -> float:
-    return max(_stop(way, folder / "truth.tum") for _ in range(trials))
-
-
-def _stop(way: str, truth: Path) -> float:
-    """From the kill to the last moment at which the twin moves [s]."""
+def time_to_rest(way: str, truth: Path) -> float:
+    """From the kill of a client on a way to the brick to the last moment at which the twin moves [s]; its truth goes to a file."""
     with emulated("--ev3", way, "--world", WORLD, "--truth", str(truth)) as devices:
         command = [sys.executable, "-m", "scripts.bench.wire.full_speed", devices.brick]
         client = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE)
