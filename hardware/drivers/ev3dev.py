@@ -76,7 +76,7 @@ class Ev3devSession:
         except ValueError as error:
             raise LinkError("EV3", f"it answers '{answer}'", "restart its server: twin install") from error
         self._clock.observe(sent, brick, received)
-        stamp = min(self._clock.host_time(brick), received)
+        stamp = min(max(self._clock.host_time(brick), sent), received)  # a new offset must not turn the time back
         self._reports.state.volts = volts
         self._counter.report(stamp, counts, told)
         if rate_deg is not None:

@@ -51,7 +51,7 @@ class WheelCounter:
             return WheelOdometry(stamp, SE2(), wheel_angles=(0.0, 0.0))
         elapsed = max(stamp - before.stamp, 1e-3)
         turned = [turn * self._sign * (count - old) for count, old in zip(counts, self._state.counts, strict=True)]
-        if max(map(abs, turned)) > IMPOSSIBLE * drive.max_wheel_rate * elapsed + 2.0 * turn:
+        if max(map(abs, turned)) > IMPOSSIBLE * drive.max_wheel_rate * max(elapsed, drive.period) + 2.0 * turn:
             turned = [0.0, 0.0]
         left, right = turned
         angles = before.wheel_angles[0] + left, before.wheel_angles[1] + right
