@@ -17,6 +17,10 @@ from slam.snapshot import Snapshot
 
 SETTLING = 0.5
 """After an arrival, until the scans of the place are in the map [s]."""
+SURE = 5
+"""So many maps in a row must show no way at all."""
+HOME = 0.1
+"""Whoever is so near to where it started has not left [m]."""
 SAME = 0.5
 """A frontier that has moved by less while it was gone to is the same [m]."""
 
@@ -69,6 +73,7 @@ class ExplorePolicy:
         self._began = self._settled = 0.0
         self._frontier: Frontier | None = None
         self._looked = False
+        self._doubts = 0
         self._why, self._complete = "", False  # it stopped exploring
         self._outcome: Outcome | None = None
 
@@ -88,7 +93,7 @@ class ExplorePolicy:
             self._navigator.look_about()
             self._looked = True
         if self._why:
-            self._go_home()
+            self._go_home(new_ways)
         elif frame.stamp - self._began > self._settings.limit:
             self._stop(f"the limit of {self._settings.limit:g} s is over")
         else:
@@ -142,8 +147,9 @@ class ExplorePolicy:
         free = [frontier for frontier in candidates if not self._vain.holds(frontier.point, now)]
         best = s.explorer.best(free or candidates)
         if best is None:
-            self._stop(*self._why_none())
+            self._end()
             return
+        self._doubts = 0
         kept = self._kept(free)
         if kept is not None and best.way > s.better * kept.way:
             best = kept
@@ -167,24 +173,37 @@ class ExplorePolicy:
         near = [frontier for frontier in frontiers if math.dist(frontier.point, going.point) < SAME]
         return min(near, key=lambda frontier: math.dist(frontier.point, going.point), default=None)
 
-    def _why_none(self) -> tuple[str, bool]:
-        """Why there is no frontier to go to, and whether that is the end that was hoped for."""
+    def _end(self) -> None:
+        """Stop for there is no frontier to go to; where there is no way at all somebody may stand in it, and step aside."""
         ways = self._navigator.ways
         if ways is None or int((ways.lengths < math.inf).sum()) <= 1:
-            return "there is no free space around the robot", False
-        if left := len(self._candidates()):
-            return f"all that can be reached is mapped but {left} places that {self._settings.tries} tries have not shown", True
-        return "all that can be reached is mapped", True
+            self._doubts += 1
+            if self._doubts >= SURE:
+                self._stop("there is no free space around the robot")
+        elif left := len(self._candidates()):
+            self._stop(
+                f"all that can be reached is mapped but {left} places that {self._settings.tries} tries have not shown", complete=True
+            )
+        else:
+            self._stop("all that can be reached is mapped", complete=True)
 
-    def _stop(self, why: str, complete: bool = False) -> None:
+    def _stop(self, why: str, *, complete: bool = False) -> None:
         self._why, self._complete, self._frontier = why, complete, None
         self._navigator.stop()
-        if not self._settings.come_home or self._home is None:
+        home, pose = self._home, self._navigator.pose
+        has_not_left = home is not None and math.dist(home, (pose.x, pose.y)) < HOME
+        if home is None or not self._settings.come_home or (has_not_left and not complete):
             self._outcome = Outcome(complete, why)
-            return
-        self._navigator.go(self._home)
+        else:
+            self._navigator.go(home)
 
-    def _go_home(self) -> None:
+    def _go_home(self, new_ways: bool) -> None:
+        """Drive home; a frontier that can be reached now after all is gone to first."""
+        if self._complete and new_ways and any(not self._is_done(frontier) for frontier in self._candidates()):
+            self._why, self._complete = "", False
+            self._navigator.stop()
+            self._choose()
+            return
         if self._outcome is None and self._navigator.progress in (Progress.ARRIVED, Progress.FAILED):
             back = self._navigator.progress is Progress.ARRIVED
             end = "the robot is back at its start" if back else "the way back to the start is blocked"

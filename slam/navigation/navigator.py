@@ -109,7 +109,9 @@ class Navigator:
         """Take in what is known; returns whether there are new ways."""
         self._around.hear(frame, estimate)
         self._turned += abs(wrap_angle(estimate.T_map_base.yaw - self._pose.yaw))
-        self._pose, self._stamp = estimate.T_map_base, frame.stamp
+        away, self._pose, self._stamp = frame.stamp - self._stamp, estimate.T_map_base, frame.stamp
+        if away > self._settings.period:  # somebody else has had the wheels, while the pose was lost
+            self._get_on()
         if not frame.scans or not (self._jumped(estimate) or frame.stamp - self._planned >= self._settings.period):
             return False
         self._T_map_odom, self._planned = estimate.T_map_odom, frame.stamp

@@ -77,3 +77,26 @@ def test_the_limit_sends_it_home(rooms, cell_world) -> None:
     assert policy.outcome is not None
     assert not policy.outcome.reached
     assert policy.outcome.reason.startswith("the limit of 14 s is over")
+
+
+def test_who_stands_about_the_robot_for_a_moment_does_not_end_the_exploration(rooms, cell_world) -> None:
+    world, policy = cell_world(rooms, START), Explore().build(NO_ROUTE)
+    world.run(policy, 9.0)
+    x, y = world.pose.x, world.pose.y
+    for x0, y0, x1, y1 in ((-0.3, -0.3, 0.3, -0.2), (-0.3, 0.2, 0.3, 0.3), (-0.3, -0.3, -0.2, 0.3), (0.2, -0.3, 0.3, 0.3)):
+        world.block(x + x0, y + y0, x + x1, y + y1)
+    world.run(policy, 3.0)
+    assert policy.outcome is None
+    world.added[:] = False
+    world.run(policy, 200.0)
+    assert policy.outcome is not None
+    assert policy.outcome.reached
+    assert world.seen() > 0.99
+
+
+def test_a_door_that_is_shut_only_to_who_comes_near_is_given_up(rooms, cell_world) -> None:
+    world, policy = cell_world(rooms, START), Explore().build(NO_ROUTE)
+    world.block(3.8, 0.2, 4.0, 3.1)  # the map looks through it, as through glass
+    world.run(policy, 300.0)
+    assert policy.outcome is not None
+    assert np.hypot(world.pose.x - START.x, world.pose.y - START.y) < 0.15
