@@ -95,8 +95,8 @@ def test_who_stands_about_the_robot_for_a_moment_does_not_end_the_exploration(ro
 
 
 def test_a_door_that_is_shut_only_to_who_comes_near_is_given_up(rooms, cell_world) -> None:
-    world, policy = cell_world(rooms, START), Explore().build(NO_ROUTE)
+    world, policy = cell_world(rooms, START), Explore(changes=1).build(NO_ROUTE)
     world.block(3.8, 0.2, 4.0, 3.1)  # the map looks through it, as through glass
-    world.run(policy, 300.0)
+    world.run(policy, 150.0)
     assert policy.outcome is not None
     assert np.hypot(world.pose.x - START.x, world.pose.y - START.y) < 0.15
