@@ -33,8 +33,8 @@ MARGIN = 4
 """Cells around what is known."""
 LASER_X = 0.03
 """Of the lidar in base [m]."""
-DIRECTIONS = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
-DIRECTIONS = np.column_stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
+ANGLES = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS)
+DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 """Of the beams (BEAMS, 2), in base."""
 
 
