@@ -6,7 +6,6 @@ Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 8.3; KLD sampling (Fox
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -16,8 +15,7 @@ from slam.errors import require_not_negative
 from slam.localization.beam_model import BeamModel
 from slam.localization.beams import apart, evenly, one_opinion_each
 from slam.localization.belief import Belief, Filtering
-from slam.localization.clusters import Cluster, clusters_of
-from slam.localization.global_search import GlobalAnswer, Hypothesis, same
+from slam.localization.clusters import clusters_of
 from slam.localization.health import NOT_HERE
 from slam.localization.known_map import KnownMap
 from slam.localization.landmarks import Landmarks
@@ -26,10 +24,10 @@ from slam.localization.mcl import without_wheels
 from slam.localization.motion_models import ConstantVelocity, MotionModel, OdometryMotion, VelocityMotion
 from slam.localization.particles import Particles
 from slam.localization.places import trouble_at
-from slam.localization.recovery import Ladder, Recovery, Rung
+from slam.localization.recovery import Recovery, Rung
+from slam.localization.relocation import Relocation, View
 from slam.localization.sensor_models import Likelihood, LikelihoodField, SensorModel
 from slam.localization.whole_scan import FEWEST
-from slam.matching.blocked_view import blocked
 from slam.matching.gauss_newton import GaussNewton
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.ego_motion import EgoMotion
@@ -121,11 +119,11 @@ class AmclPipeline:
         self._ego = EgoMotion(settings.unveil, T_map_base or self._belief.modes[0].T_map_base)
         start = self._ego.T_map_base, particles.covariance(self._ego.T_map_base)
         self._mode = MatchedMode(known_map, settings.matcher if settings.polish else None, settings.noise, start)
+        self._relocation = Relocation(settings.recovery, settings.second_mode, known_map, self._belief, self._mode)
         self._watch = SensorWatch()
         self._rng = rng
         self._landmarks = settings.landmarks.build()
         self._path = ScanTrajectory()
-        self._ladder = Ladder(settings.recovery)
         self._likelihood: Likelihood | None = None
         self._health = 1.0
         self._way, self._duration = SE2(), 0.0  # since the last update of the particles
@@ -146,10 +144,10 @@ class AmclPipeline:
         """The map, the poses at scans, and the particles as the newest update has weighed them."""
         return Snapshot(self._picture, self._path.trajectory(), self._belief.weighed.as_rows())
 
-    def _by_landmarks(self, scan: LaserScan, cloud: PointScan) -> bool:
+    def _by_landmarks(self, scan: LaserScan, view: View) -> bool:
         """Where nothing is known, or markers contradict the pose: look for it where the markers say; whether that has led anywhere."""
         watch = self._landmarks
-        if watch is None or not (self._start_trouble or self._ladder.lost or watch.contradicted):
+        if watch is None or not (self._start_trouble or self._relocation.ladder.lost or watch.contradicted):
             return False
         seen = watch.seen_at(scan.stamp, self._ego)
         if seen is None:
@@ -158,13 +156,13 @@ class AmclPipeline:
         if len(poses) == 0:
             return False
         self._likelihood = self._likelihood or self._settings.sensor.over(self._map, scan.range_max)
-        chosen = evenly(cloud, LOOKED)
+        chosen = evenly(view.cloud, LOOKED)
         log_weights = log_weights + self._likelihood.log(poses, chosen, one_opinion_each(chosen.points, self._settings.filtering.patch))
         best = [mode.T_map_base for mode in clusters_of(Particles(poses, log_weights)) if mode.weight >= self._settings.second_mode]
-        found = self._settings.recovery.search.follow(self._map, best, cloud.points, cloud.origins, _clear(scan))
+        found = self._settings.recovery.search.follow(self._map, best, *view.beams)
         places = [place for place in found if not watch.eye.contradicts(place.T_map_base, seen)]
         if places:
-            self._take_up(places, sure=len(places) == 1)
+            self._relocation.take_up(places, sure=len(places) == 1)
             self._start_trouble = ""
             watch.believe()
         return bool(places)
@@ -179,70 +177,30 @@ class AmclPipeline:
         self._blind = len(cloud.points) < max(FEWEST, HALF * len(seen.points))
         pose, jumped = before @ step, False
         if not self._blind:
-            self._ladder.trust.follow(cloud.points, self._reckoned)
+            self._relocation.ladder.trust.follow(cloud.points, self._reckoned)
             pose, jumped = self._localise(scan, cloud, by_wheels)
         self._ego.settle(scan.stamp, pose, jumped)
         self._path.append(scan.stamp, pose)
 
     def _localise(self, scan: LaserScan, cloud: PointScan, by_wheels: bool) -> tuple[SE2, bool]:
         """The pose of a scan, and whether it is not where the one before leads to."""
-        jumped = self._by_landmarks(scan, cloud)
-        if self._start_trouble and self._ladder.search(scan.stamp) == Rung.SEARCH:
-            jumped = self._begin(scan, cloud)
+        relocation, view = self._relocation, View.of(scan, cloud)
+        jumped = self._by_landmarks(scan, view)
+        if self._start_trouble and relocation.ladder.search(scan.stamp) == Rung.SEARCH:
+            jumped = relocation.begin(view)
+            self._start_trouble = "" if jumped else self._start_trouble
+        if jumped:
+            self._way, self._duration = SE2(), 0.0
         if not self._begun or not by_wheels or self._settings.update.passes(SE2(), self._way):
             self._filter(scan, cloud, by_wheels)
         pose = self._mode.match(cloud.points)
-        here = self._seen_at(pose, scan, cloud)
-        if self._recovered(scan, cloud, here):
-            jumped = True
+        here = relocation.judge(pose, view)
+        if relocation.recover(view, here, self._step, self._reckoned):
+            jumped, self._way, self._duration = True, SE2(), 0.0
             pose = self._mode.match(cloud.points)
-            here = self._seen_at(pose, scan, cloud)
+            here = relocation.judge(pose, view)
         self._health = here.explained
         return pose, jumped
-
-    def _recovered(self, scan: LaserScan, cloud: PointScan, here: Hypothesis) -> bool:
-        """Climb the ladder; whether that has led to another place."""
-        ladder, search, seen = self._ladder, self._settings.recovery.search, (cloud.points, cloud.origins, _clear(scan))
-        rung = ladder.judge(scan.stamp, here.explained, self._step, len(self._likely_modes()) > 1)
-        if self._hidden(cloud, here):
-            ladder.rivals.forget()
-            return False
-        asked = ladder.rivals.due(scan.stamp, self._reckoned)
-        if asked:
-            found = search.follow(self._map, ladder.rivals.places(self._reckoned), *seen)
-            ladder.rivals.weigh(found, here, scan.stamp, self._reckoned)
-        places: list[Hypothesis] = []
-        if rung is Rung.SEARCH:
-            answer = search.search(self._map, *seen)
-            places = list(answer.hypotheses) if self._settled(answer) else []
-            ladder.rivals.meet(answer.hypotheses, here, scan.stamp, self._reckoned)
-        proven = self._proven(cloud, here) if (asked or rung is Rung.SEARCH) and not places else []
-        self._belief.doubtful = ladder.lost
-        if places or proven:
-            self._take_up(places or proven, sure=len(proven) == 1)
-        elif rung is Rung.SEARCH and ladder.lost:
-            self._belief.expand(self._settings.recovery.spread_position, self._settings.recovery.spread_yaw)
-        return bool(places or proven)
-
-    def _proven(self, cloud: PointScan, here: Hypothesis) -> list[Hypothesis]:
-        """Rivals that this scan, the newest of several, proves; no robot stands in a wall."""
-        if not len(self._ladder.rivals):
-            return []
-        undenied = blocked(cloud, self._map.field, here.T_map_base)
-        return [place for place in self._ladder.proven(here, undenied) if not trouble_at(self._map, place.T_map_base)]
-
-    def _hidden(self, cloud: PointScan, here: Hypothesis) -> bool:
-        """Whether a track that is trusted leads on, though the scan fits badly: people may hide what is around, and nothing denies it."""
-        ladder = self._ladder
-        trusted = ladder.watch.doubtful and ladder.trust.earned and len(self._likely_modes()) == 1
-        return trusted and blocked(cloud, self._map.field, here.T_map_base)
-
-    def _seen_at(self, pose: SE2, scan: LaserScan, cloud: PointScan) -> Hypothesis:
-        """How well a pose explains a scan."""
-        return self._settings.recovery.search.judge(self._map, pose, cloud.points, cloud.origins, _clear(scan))
-
-    def _likely_modes(self) -> list[Cluster]:
-        return [mode for mode in self._belief.modes if mode.weight >= self._settings.second_mode]
 
     def _filter(self, scan: LaserScan, cloud: PointScan, by_wheels: bool) -> None:
         s = self._settings
@@ -256,27 +214,6 @@ class AmclPipeline:
         self._way, self._duration, self._begun = SE2(), 0.0, True
         self._mode.follow(self._belief.modes[0])
 
-    def _begin(self, scan: LaserScan, cloud: PointScan) -> bool:
-        """Look for a robot whose start is not known in the whole map; whether there is anything like it."""
-        answer = self._settings.recovery.search.search(self._map, cloud.points, cloud.origins, _clear(scan))
-        if answer.hypotheses:
-            self._take_up(answer.hypotheses, sure=False)
-            self._start_trouble = ""
-        return bool(answer.hypotheses)
-
-    def _take_up(self, places: Sequence[Hypothesis], sure: bool) -> None:
-        """The robot is at one of these places."""
-        self._belief.seed(places)
-        self._ladder.begin_anew(sure)
-        self._way, self._duration = SE2(), 0.0
-        self._mode.move_to(self._belief.modes[0])
-
-    def _settled(self, answer: GlobalAnswer) -> bool:
-        """Whether a search decides between the places that are possible."""
-        modes, places = self._likely_modes(), answer.hypotheses
-        apart = self._settings.recovery.search.apart
-        return not answer.ambiguous and len(modes) > 1 and any(same(mode.T_map_base, places[0].T_map_base, apart) for mode in modes)
-
     def _estimate(self, frame: SensorFrame) -> Estimate:
         step = self._ego.step(frame.stamp)
         pose = self._ego.T_map_base @ step
@@ -289,20 +226,14 @@ class AmclPipeline:
         silent = self._watch.silent(frame)
         if self._start_trouble:
             return Status.LOST, self._start_trouble
-        if self._ladder.lost:
+        if self._relocation.ladder.lost:
             return Status.LOST, NOT_HERE
-        modes = self._likely_modes()
+        modes = self._relocation.likely_modes
         if len(modes) > 1:
             return Status.AMBIGUOUS, f"{len(modes)} places are possible: {', '.join(map(str, modes))}"
-        doubts = "the scan fits the map badly" if self._ladder.watch.doubtful else ""
+        doubts = "the scan fits the map badly" if self._relocation.ladder.watch.doubtful else ""
         blind = "the scan shows nothing" if self._blind else ""
         camera = self._landmarks.trouble(frame) if self._landmarks else ""
         reasons = silent, without_wheels(self._ego, frame), blind, doubts, trouble_at(self._map, pose), camera
         reason = "; ".join(reason for reason in reasons if reason)
         return (Status.DEGRADED if reason else Status.TRACKING), reason
-
-
-def _clear(scan: LaserScan) -> FloatArray:
-    """(C, 2) ends in base, at the sensor's range, of the beams that met nothing [m]."""
-    angles = scan.angles[np.isposinf(scan.ranges)]
-    return scan.T_base_laser.to_se2().transform(scan.range_max * np.column_stack([np.cos(angles), np.sin(angles)]))
