@@ -38,7 +38,7 @@ class LocateOptions:
     its top left corner, x right, y down, z into the print, as in OpenCV.
     """
 
-    images: Positional[tuple[Path, ...]]
+    images: Annotated[Positional[tuple[Path, ...]], arg(metavar="IMAGE...", help_behavior_hint="")]
     """Photographs, or folders of them."""
     camera_info: Annotated[Path, arg(metavar="FILE")]
     """K and distortion: the YAML of `twin calibrate camera`, of ROS or of OpenCV."""
