@@ -50,7 +50,7 @@ def _nearest_next(ways: Floats, lengths: Floats) -> NDArray[np.int64]:
 def _gain(order: NDArray[np.int64], ways: Floats, lengths: Floats, i: int, k: int) -> float:
     """By how much a tour gets shorter when its stretch from i to k is turned about."""
     first, last = order[i], order[k]
-    gain = lengths[order[i - 1], first] - lengths[order[i - 1], last] if i else ways[first] - ways[last]
+    gain = float(lengths[order[i - 1], first] - lengths[order[i - 1], last] if i else ways[first] - ways[last])
     if k + 1 < len(order):
-        gain += lengths[last, order[k + 1]] - lengths[first, order[k + 1]]
+        gain += float(lengths[last, order[k + 1]] - lengths[first, order[k + 1]])
     return gain

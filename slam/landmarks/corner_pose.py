@@ -79,9 +79,9 @@ def refined(corners: Corners, start: SE3) -> CornerPose:
     weights = _weights(corners, excess)
     chi2 = _linearised(pose, corners, weights)[2]
     fits = chi2 < GATE * corners.numbers
-    spread = -np.log(np.linalg.det(weights)).sum(axis=1)
-    cost = np.where(fits, chi2 + spread, GATE * corners.numbers + corners.numbers * np.log(EXCESS**2)).sum()
-    return CornerPose(pose, np.asarray(np.linalg.inv(information), np.float64), chi2, fits, excess, float(cost))
+    spread = np.asarray(-np.log(np.linalg.det(weights)).sum(axis=1), np.float64)
+    cost = float(np.where(fits, chi2 + spread, GATE * corners.numbers + corners.numbers * np.log(EXCESS**2)).sum())
+    return CornerPose(pose, np.asarray(np.linalg.inv(information), np.float64), chi2, fits, excess, cost)
 
 
 def _excess(corners: Corners, pose: SE3, most: float) -> float:

@@ -86,6 +86,7 @@ def test_every_turn_of_the_lidar_comes_once_and_in_order(twin, clock):
     turns = []
     for _ in range(100):
         clock.go_on(0.01)
+        twin.angle_deg(0)  # waits for the present, as taking a turn does not
         turn = twin.next_turn()
         turns += [turn] if turn is not None else []
     assert len(turns) >= 8
