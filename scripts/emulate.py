@@ -186,10 +186,12 @@ def _place(place: str, port: int) -> tuple[str, int]:
 
 
 def _beacon(address: str) -> ExitStack:
-    """The brick's beacon, where it is served over TCP."""
+    """The brick's beacon, where it is served over TCP on a port of four digits: other people's clients stumble over more."""
     stack = ExitStack()
-    if address.startswith("tcp:"):
-        host, port = host_and_port(address.removeprefix("tcp:"), ev3_direct.TCP_PORT)
+    if not address.startswith("tcp:"):
+        return stack
+    host, port = host_and_port(address.removeprefix("tcp:"), ev3_direct.TCP_PORT)
+    if port < 10_000:
         sender = BeaconSender(Beacon(SERIAL, port), host)
         sender.open()
         stack.callback(sender.close)
