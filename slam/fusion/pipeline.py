@@ -53,7 +53,7 @@ class Fusion:
     """Deviations at which a place that a sensor reports counts half."""
     map_error: tuple[float, float, float] = (0.003, 0.003, 0.002)
     """Standard deviation of what the lidar's map is wrong by at any one place: x, y [m], yaw [rad]; markers know that of their own."""
-    drift: float = 0.001
+    drift: float = 1e-4
     """Standard deviation by which the marker map drifts in the lidar's for a metre and a radian [m, rad]."""
 
     def __post_init__(self) -> None:
