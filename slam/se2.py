@@ -62,6 +62,10 @@ class SE2:
         T[:2, 2] = self.x, self.y
         return T
 
+    def is_finite(self) -> bool:
+        """Whether it is a pose at all: no part is infinite or NaN."""
+        return math.isfinite(self.x + self.y + self.yaw)
+
     def as_array(self) -> FloatArray:
         """(x, y, yaw) as an array (3,)."""
         return np.array([self.x, self.y, self.yaw])

@@ -71,9 +71,9 @@ def _follow(world: str, seconds: float, seed: int, follower: Follower) -> _Follo
     took: list[float] = []
     said: dict[str, list[FloatArray]] = {}
     course = Course(world, seconds, seed, camera="raster")
-    with course._body() as robot:
+    with course.body() as robot:
         truth = ground_truth(robot)
-        for frame in course._frames(robot, truth, None):
+        for frame in course.follow(robot, truth):
             began = time.thread_time()
             for name, pose in follower(frame).items():
                 said.setdefault(name, []).append(pose.as_array())

@@ -101,11 +101,24 @@ class MarkerScene:
 
 def map_errors(found: MarkerMap, truth: MarkerMap) -> tuple[FloatArray, FloatArray]:
     """Distances (N,) [m] and angles (N,) [rad] of a map's markers from the true ones, after the best rigid motion."""
-    ids = [marker for marker in found.markers if marker in truth.markers]
+    T_true_found = map_alignment(found, truth)
+    laid = [(truth.markers[k].T_map_marker, T_true_found @ found.markers[k].T_map_marker) for k in _shared(found, truth)]
+    off = np.array([theirs.t - true.t for true, theirs in laid])
+    turns = [SE3(true.R.T @ theirs.R).log()[3:] for true, theirs in laid]
+    return np.linalg.norm(off, axis=1), np.linalg.norm(turns, axis=1)
+
+
+def map_alignment(found: MarkerMap, truth: MarkerMap) -> SE3:
+    """The rigid motion `T_true_found` that lays a map's markers best over the true ones; none where they share no marker."""
+    ids = _shared(found, truth)
+    if not ids:
+        return SE3()
     a = np.array([found.markers[k].T_map_marker.t for k in ids])
     b = np.array([truth.markers[k].T_map_marker.t for k in ids])
     U, _, Vh = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
     R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vh)]) @ Vh
-    off = (a - a.mean(axis=0)) @ R.T - (b - b.mean(axis=0))
-    turns = [SE3(truth.markers[k].T_map_marker.R.T @ R @ found.markers[k].T_map_marker.R).log()[3:] for k in ids]
-    return np.linalg.norm(off, axis=1), np.linalg.norm(turns, axis=1)
+    return SE3(R, b.mean(axis=0) - R @ a.mean(axis=0))
+
+
+def _shared(found: MarkerMap, truth: MarkerMap) -> list[int]:
+    return [marker for marker in found.markers if marker in truth.markers]

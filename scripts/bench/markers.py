@@ -65,9 +65,9 @@ class _Shots:
     def taken(cls, seconds: float) -> _Shots:
         """Every third image of a drive with the errors of the data sheet."""
         shots, motion, course, count = cls(), DeadReckoning(), Course(WORLD, seconds, 5, camera="raster"), 0
-        with course._body() as robot:
+        with course.body() as robot:
             truth = ground_truth(robot)
-            for frame in course._frames(robot, truth, None):
+            for frame in course.follow(robot, truth):
                 motion.add(frame.odometry, frame.imu)
                 for image in frame.images:
                     count += 1
@@ -137,9 +137,9 @@ class _Lap:
         stamps: list[float] = []
         found: list[FloatArray] = []
         true: list[FloatArray] = []
-        with course._body() as robot:
+        with course.body() as robot:
             truth = ground_truth(robot)
-            for frame in course._frames(robot, truth, None):
+            for frame in course.follow(robot, truth):
                 lap._take(frame)
                 stamps.append(frame.stamp)
                 found.append(lap._last.as_array())

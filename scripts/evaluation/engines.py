@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import importlib
-import multiprocessing
 import socket
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Any
+from types import ModuleType
 
 from rich.console import Console
 from rich.progress import track
 
 from scripts.errors import UsageError
 from scripts.evaluation.episode import Episode, Trial, run
+from scripts.processes import spread
 
 PATIENCE = 5.0
 """Longest time for a cluster to answer [s]."""
@@ -29,17 +29,8 @@ def run_all(trials: Sequence[Trial], engine: str, address: str, processes: int) 
     """
     if address and engine != "ray":
         raise UsageError(f"--address {address} is that of a Ray cluster; add --engine ray")
-    episodes = _on_ray(trials, address) if engine == "ray" else _on_processes(trials, processes)
+    episodes = _on_ray(trials, address) if engine == "ray" else spread(run, trials, processes)
     return list(track(episodes, "episodes", total=len(trials), console=Console(stderr=True)))
-
-
-def _on_processes(trials: Sequence[Trial], processes: int) -> Iterator[Episode]:
-    count = min(processes or multiprocessing.cpu_count(), len(trials))
-    if count == 1:
-        yield from map(run, trials)
-        return
-    with multiprocessing.get_context("spawn").Pool(count) as pool:
-        yield from pool.imap(run, trials)
 
 
 def _on_ray(trials: Sequence[Trial], address: str) -> Iterator[Episode]:
@@ -73,7 +64,7 @@ def _run_on_node(trial: Trial) -> tuple[str, Episode]:
     return _ray().get_runtime_context().get_node_id(), run(trial)
 
 
-def _ray() -> Any:  # noqa: ANN401 (an optional library)
+def _ray() -> ModuleType:
     try:
         return importlib.import_module("ray")
     except ImportError as error:

@@ -11,14 +11,12 @@ import numpy as np
 from gymnasium.wrappers import FilterObservation
 from stable_baselines3 import PPO
 
-import sim.envs  # noqa: F401 (registers)
-
 Observation = dict[str, Any]
 
 
 def make(split: str) -> gymnasium.Env[Observation, np.int64]:
     """Easy maps, and time for a few choices only."""
-    env = gymnasium.make("bricktwin/ExploreFrontier-v0", split=split, difficulty="easy", max_episode_steps=25, steps=25)
+    env = gymnasium.make("sim.envs:bricktwin/ExploreFrontier-v0", split=split, difficulty="easy", max_episode_steps=25, steps=25)
     return FilterObservation(env, ["frontiers", "action_mask"])
 
 

@@ -106,23 +106,29 @@ class Course:
         Raises:
             SimError, WorldError: with one line that says what to do.
         """
-        with self._body() as robot:
+        with self.body() as robot:
             truth = ground_truth(robot)
-            frames = tuple(self._frames(robot, truth, command))
+            frames = tuple(self.follow(robot, truth, command))
             return Drive(self.world, frames, truth.trajectory(np.array([frame.stamp for frame in frames])), truth.segments())
 
     def frames(self, command: Command | None = None) -> Iterator[SensorFrame]:
         """The frames of such a drive, one after the other, that need not be kept."""
-        with self._body() as robot:
-            yield from self._frames(robot, ground_truth(robot), command)
+        with self.body() as robot:
+            yield from self.follow(robot, ground_truth(robot), command)
 
-    def _body(self) -> TwinRobot:
+    def body(self) -> TwinRobot:
+        """The robot that drives.
+
+        Raises:
+            SimError, WorldError: with one line that says what to do.
+        """
         backend = backend_class(self.robot)(world=self.world, seed=self.seed, realism=self.realism, camera=self.camera, spec=self.spec)
         body = backend.build()
         assert isinstance(body, TwinRobot), f"{self.robot} is no twin"
         return body
 
-    def _frames(self, robot: TwinRobot, truth: GroundTruth, command: Command | None) -> Iterator[SensorFrame]:
+    def follow(self, robot: TwinRobot, truth: GroundTruth, command: Command | None = None) -> Iterator[SensorFrame]:
+        """Drive a body to the end, frame by frame; see `drive`."""
         command = command or on_tour(self.world)
         while robot.clock.now() < self.duration and robot.clock.sleep_until(robot.clock.now() + PERIOD):
             frame = robot.read()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import multiprocessing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,6 +18,7 @@ from tyro.conf import arg
 from hardware.errors import HardwareError
 from scripts.errors import UsageError
 from scripts.options import parse
+from scripts.processes import spread
 from scripts.runs.execute import measure
 from scripts.runs.files import write_text
 from scripts.runs.options import RunOptions
@@ -123,12 +123,7 @@ def explorations(options: ExploreOptions) -> list[Exploration]:
         UsageError, UnknownNameError, SplitError: an option cannot be.
     """
     trials = _trials(options)
-    count = min(options.processes or multiprocessing.cpu_count(), len(trials))
-    console = Console(stderr=True)
-    if count == 1:
-        return [explore(trial) for trial in track(trials, "maps", console=console)]
-    with multiprocessing.get_context("spawn").Pool(count) as pool:
-        return list(track(pool.imap(explore, trials), "maps", total=len(trials), console=console))
+    return list(track(spread(explore, trials, options.processes), "maps", total=len(trials), console=Console(stderr=True)))
 
 
 def explore(trial: RunOptions) -> Exploration:

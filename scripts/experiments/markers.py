@@ -115,7 +115,7 @@ def mapped(spacing: float, world: str, policy: str, options: MarkersExperimentOp
     stamps: list[float] = []
     true: list[FloatArray] = []
     said: list[FloatArray] = []
-    with Course(world, options.duration, options.seed, camera="raster")._body() as robot:
+    with Course(world, options.duration, options.seed, camera="raster").body() as robot:
         truth = ground_truth(robot)
         while robot.clock.now() < options.duration and robot.clock.sleep_until(robot.clock.now() + PERIOD):
             frame = robot.read()

@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from scripts.bench.marker_scenes import map_alignment
 from scripts.runs import palette
 from scripts.runs.files import write_via
-from slam.landmarks.marker_map import MarkerMap
-from slam.se2 import FloatArray
 
 if TYPE_CHECKING:
     from scripts.experiments.markers import Mapped
@@ -67,20 +66,10 @@ def _draw_maps(axes: Axes, maps: Sequence[Mapped]) -> None:
     places = np.array([marker.T_map_marker.t for marker in first.truth.markers.values()])
     axes.plot(*places[:, :2].T, "s", ms=9, mfc="none", color=palette.TRUTH, label="true markers")
     for found in maps:
-        points = _laid_over(found.found, found.truth)
+        T_true_found = map_alignment(found.found, found.truth)
+        points = np.array([T_true_found.transform(marker.T_map_marker.t) for marker in found.found.markers.values()]).reshape(-1, 3)
         axes.plot(*points[:, :2].T, "x" if found.method == "chain" else ".", ms=7, color=COLOURS[found.method], label=found.method)
     axes.set(aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     axes.set_title(f"{first.policy}, markers every {first.spacing:g} m, from above", loc="left", size=12, color=palette.INK)
     axes.legend(loc="center", frameon=True, fontsize=9)
-
-
-def _laid_over(found: MarkerMap, truth: MarkerMap) -> FloatArray:
-    """Places (N, 3) of a map's markers, laid over the true ones."""
-    ids = [marker for marker in found.markers if marker in truth.markers]
-    if not ids:
-        return np.empty((0, 3))
-    a = np.array([found.markers[k].T_map_marker.t for k in ids])
-    b = np.array([truth.markers[k].T_map_marker.t for k in ids])
-    U, _, Vh = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
-    return (a - a.mean(axis=0)) @ (U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vh)]) @ Vh).T + b.mean(axis=0)

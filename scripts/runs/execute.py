@@ -103,19 +103,20 @@ def _write(run: Assembly, log: RunLog) -> RunRecord:
     truth = _truth(run, log)
     record = _gathered(run, log, truth)
     write_measurements(run.folder, record, truth)
-    _write_markers(run, record, log)
+    _write_markers(run, record)
     record = _scored(record, log)
     write_report(run.folder, record)
     return record
 
 
-def _write_markers(run: Assembly, record: RunRecord, log: RunLog) -> None:
+def _write_markers(run: Assembly, record: RunRecord) -> None:
     """Leave the marker map of a pipeline that has made one, ours and ArUco's, and pictures of what it went by."""
     markers = run.pipeline.marker_map() if isinstance(run.pipeline, VisualSlamPipeline | FusionPipeline) else None
     if markers is None or not markers.markers:
         return
-    if log.views:
-        write_marker_pictures(run.folder, record.title, (markers, record.final), log.views)
+    views = [moment.markers for moment in record.key_frames if moment.markers is not None]
+    if views:
+        write_marker_pictures(run.folder, record.title, (markers, record.final), views)
     if run.options.marker_map is None:
         write_marker_map(run.folder / "markers.yaml", markers)
         write_aruco_map(run.folder / "markers_aruco.yml", markers)

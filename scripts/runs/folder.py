@@ -55,10 +55,9 @@ def results_folder(options: RunOptions) -> Path:
 def config_of(options: RunOptions, settings: DataclassInstance) -> dict[str, Any]:
     """What is needed to repeat a run, with every parameter of its pipeline."""
     known = {name: value for name, value in dataclasses.asdict(options).items() if value is not None}
-    foreign = {"explorer"} if options.policy != "explore" else set[str]()
-    foreign |= set(() if is_twin(options) else OF_THE_SIMULATION) | set(
-        OF_THE_HARDWARE if recording_of(options) or is_twin(options) else ()
-    )
+    foreign = set(() if is_twin(options) else OF_THE_SIMULATION)
+    foreign.update(OF_THE_HARDWARE if recording_of(options) or is_twin(options) else ())
+    foreign.update(() if options.policy == "explore" else ("explorer",))
     run = {name: str(value) if isinstance(value, Path) else value for name, value in known.items() if name not in foreign}
     return {"run": run, "parameters": dataclasses.asdict(settings)}
 

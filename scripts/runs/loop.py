@@ -47,8 +47,6 @@ class RunLog:
     key_frames: list[KeyFrame] = field(default_factory=list)
     beliefs: list[tuple[float, float, float, float, float]] = field(default_factory=list)
     """Rows of `ParticleHistory`, one at each snapshot."""
-    views: list[MarkerView] = field(default_factory=list)
-    """What the camera saw of markers, at the moments for the animation."""
     updates: list[float] = field(default_factory=list)
     """Wall time of each pipeline update [s]."""
     wall_time: float = 0.0
@@ -68,12 +66,11 @@ class RunLog:
         """Whether it is time for another moment."""
         return not self.key_frames or stamp >= self.key_frames[-1].stamp + self.interval
 
-    def add_moment(self, scan: LaserScan, snapshot: Snapshot) -> None:
+    def add_moment(self, scan: LaserScan, snapshot: Snapshot, view: MarkerView | None) -> None:
         """Keep a moment for the animation; when there are too many every other one goes."""
-        self.key_frames.append(_key_frame(scan, snapshot))
+        self.key_frames.append(_key_frame(scan, snapshot, view))
         if len(self.key_frames) > KEY_FRAMES:
             del self.key_frames[1::2]
-            del self.views[1::2]
             self.interval *= 2.0
 
 
@@ -123,9 +120,7 @@ class Loop:
             if len(snapshot.particles):
                 log.beliefs.append(belief_row(frame.stamp, snapshot.particles))
         if moment:
-            log.add_moment(frame.scans[-1], snapshot)
-            if (view := marker_view(self.pipeline, estimate)) is not None:
-                log.views.append(view)
+            log.add_moment(frame.scans[-1], snapshot, marker_view(self.pipeline, estimate))
         command = self.policy(frame, estimate, snapshot)
         if command is not None:
             self.robot.drive(command)
@@ -141,11 +136,11 @@ class Loop:
         recorder.flush()
 
 
-def _key_frame(scan: LaserScan, snapshot: Snapshot) -> KeyFrame:
+def _key_frame(scan: LaserScan, snapshot: Snapshot, view: MarkerView | None) -> KeyFrame:
     T_map_base = SE2.from_array(snapshot.trajectory.poses[-1]) if len(snapshot.trajectory) else SE2()
     points = T_map_base.transform(deskew(scan, NO_MOTION).points)
     particles = snapshot.particles[:: 1 + len(snapshot.particles) // PICTURE_PARTICLES]
-    return KeyFrame(scan.stamp, T_map_base, *_coarse(snapshot.map), points, particles, snapshot.localizability)
+    return KeyFrame(scan.stamp, T_map_base, *_coarse(snapshot.map), points, particles, snapshot.localizability, view)
 
 
 def _coarse(grid: OccupancyGrid) -> tuple[GridGeometry, NDArray[np.int8]]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from scripts.runs.marker_views import MarkerView
 from slam.evaluation.visibility import View
 from slam.grid import GridGeometry, OccupancyGrid
 from slam.messages import Status, Trajectory
@@ -31,6 +32,8 @@ class KeyFrame:
     """(N, 4) of x, y [m], yaw [rad], weight in the map; thinned."""
     localizability: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     """D of the scan, see `Snapshot`."""
+    markers: MarkerView | None = None
+    """What the camera saw of markers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

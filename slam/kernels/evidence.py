@@ -19,6 +19,8 @@ range [m]."""
 Noise = tuple[float, float, float, float, float]
 """Standard deviation of a range: least [m] and as a share of it; of the map's walls [m]; shares of the beams that end before a wall, and
 beyond one, or at none though there is one."""
+Ray = tuple[float, float, float, float, float]
+"""A point of a beam x, y [m], its direction u, v, and how much farther it ends [m], in the grid's frame."""
 UNSEEN = 0.3
 """Share of the beams into the unknown that end in any metre of it, times the sensor's range."""
 SLACK = 0.07
@@ -58,7 +60,7 @@ def explain(poses: Floats, beams: Beams, field: Field, squares: Squares, noise: 
     origins, ends, hits, reach = beams
     n = len(ends)
     logs, fits = np.empty((len(poses), n)), np.zeros((len(poses), n), np.bool_)
-    rays, headings, lengths, skipped = np.empty((n, 4)), np.empty((2, n)), np.empty(n), np.empty(n)
+    rays, headings, lengths, skipped = np.empty((n, 2)), np.empty((2, n)), np.empty(n), np.empty(n)
     for k in range(len(poses)):
         c, s = np.cos(poses[k, 2]), np.sin(poses[k, 2])
         for i in range(n):
@@ -68,9 +70,8 @@ def explain(poses: Floats, beams: Beams, field: Field, squares: Squares, noise: 
             rays[i, 1] = poses[k, 1] + s * origins[i, 0] + c * origins[i, 1]
             length = max(lengths[i], SHORTEST)
             headings[0, i], headings[1, i] = (c * dx - s * dy) / length, (s * dx + c * dy) / length
-            rays[i, 2:] = headings[:, i]
             skipped[i] = min(BODY, 0.5 * lengths[i])
-            rays[i, :2] += skipped[i] * headings[:, i]
+            rays[i] += skipped[i] * headings[:, i]
         open_to = cast_along(squares[0], rays, headings, squares[2], reach)
         wall_at = cast_along(squares[1], rays, headings, squares[2], reach)
         for i in range(n):
@@ -80,20 +81,18 @@ def explain(poses: Floats, beams: Beams, field: Field, squares: Squares, noise: 
             opening = max(open_to[i], open_to[max(i - 1, 0)], open_to[min(i + 1, n - 1)])
             if hits[i]:
                 off = min(abs(wall_at[i] - lengths[i]), abs(open_to[i] - lengths[i]))
-                logs[k, i], fits[k, i] = _returned(rays[i], (lengths[i], skipped[i]), (opening, wall, reach, off), field, noise)
+                beam = rays[i, 0], rays[i, 1], headings[0, i], headings[1, i], lengths[i] - skipped[i]
+                logs[k, i], fits[k, i] = _returned(beam, lengths[i], (opening, wall, reach, off), field, noise)
             else:
                 logs[k, i], fits[k, i] = _missed(lengths[i], (opening, wall), noise)
     return logs, fits
 
 
 @njit
-def _returned(
-    ray: Floats, way: tuple[float, float], seen: tuple[float, float, float, float], field: Field, noise: Noise
-) -> tuple[float, bool]:
+def _returned(beam: Ray, length: float, seen: tuple[float, float, float, float], field: Field, noise: Noise) -> tuple[float, bool]:
     """Logarithm of the density [1/m] of a beam's end, and whether it ends where it should."""
     opening, wall, reach, off = seen
-    length = way[0]
-    distance, slant = _surface_at(ray, length - way[1], field)
+    distance, slant = _surface_at(beam, field)
     distance = min(distance, off)
     sigma = np.sqrt(max(noise[0], noise[1] * length) ** 2 + noise[2] * noise[2])
     margin = SLACK + 3.0 * sigma + SLACK / slant
@@ -118,11 +117,11 @@ def _missed(length: float, seen: tuple[float, float], noise: Noise) -> tuple[flo
 
 
 @njit
-def _surface_at(ray: Floats, length: float, field: Field) -> tuple[float, float]:
+def _surface_at(beam: Ray, field: Field) -> tuple[float, float]:
     """Distance [m] from a beam's end to the surface that faces it, `NO_SURFACE` for none, and the cosine of the incidence."""
     nearest, surfaces, resolution = field
-    u, v = ray[2], ray[3]
-    x, y = ray[0] + length * u, ray[1] + length * v
+    x, y, u, v, rest = beam
+    x, y = x + rest * u, y + rest * v
     col, row = int(np.floor(x / resolution)), int(np.floor(y / resolution))
     if not (0 <= row < nearest.shape[0] and 0 <= col < nearest.shape[1]) or nearest[row, col] < 0:
         return NO_SURFACE, 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -11,25 +12,26 @@ import numba
 from numba.core.compiler_lock import global_compiler_lock
 
 F = TypeVar("F", bound=Callable[..., Any])
+_compiled = partial(numba.njit, cache=True, nogil=True, error_model="numpy")
 
 
 def njit(function: F) -> F:
     """Compile a kernel: no Python objects, no threads, no relaxed floating point (the same bits on every run)."""
-    return _cached(function)
+    return _cached(function, _compiled())
 
 
 def inlined(function: F) -> F:
     """As `njit`, for the inside of a hot loop: part of every kernel that calls it, not a call."""
-    return _cached(function, forceinline=True)
+    return _cached(function, _compiled(forceinline=True))
 
 
 def contracted(function: F) -> F:
     """As `njit`, but a product and a sum may be rounded once: faster, and the same bits on every run of one kind of processor."""
-    return _cached(function, fastmath={"contract"})
+    return _cached(function, _compiled(fastmath={"contract"}))
 
 
-def _cached(function: F, **options: Any) -> F:  # noqa: ANN401 (Numba's own)
-    dispatcher = cast(Any, numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function))
+def _cached(function: F, compiled: Callable[[F], object]) -> F:
+    dispatcher = cast(Any, compiled(function))
     lock = Path(dispatcher.stats.cache_path, f"{function.__module__}.{function.__name__}.lock")
     dispatcher.compile = _by_one_process(dispatcher.compile, lock)
     return cast(F, dispatcher)

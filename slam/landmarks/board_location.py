@@ -36,7 +36,7 @@ def locate_board(board: Board, view: BoardView, camera: CameraInfo) -> CornerPos
     corners = Corners(points[:, None], rays[:, None], np.tile(variance * np.eye(2), (len(points), 1, 1, 1)))
     found = [refined(corners, start) for start in _starts(points, rays)]
     best = min(found, key=lambda pose: pose.cost, default=None)
-    return best if best is not None and 2 * int(best.fits.sum()) > len(points) else None
+    return best if best is not None and best.believable else None
 
 
 def grid_board(across: int, down: int, marker: float, gap: float, dictionary: str, first: int = 0) -> MarkerMap:

@@ -15,9 +15,9 @@ from slam.landmarks.markers import MarkerFamily
 from slam.se2 import FloatArray
 
 Image = NDArray[np.uint8]
-Markers = tuple[Sequence[Any], Any]
+FoundMarkers = tuple[Sequence[Any], Any]
 """Corners and ids as OpenCV gives them."""
-NO_MARKERS: Markers = ((), None)
+NO_MARKERS: FoundMarkers = ((), None)
 FEWEST = 8
 """Corners that a view must show; a homography takes four."""
 WINDOWS = (3, 8)
@@ -140,7 +140,7 @@ class BoardFinder:
         self._charuco = cv2.aruco.CharucoDetector(board.layout()) if board.kind == "charuco" else None
         self._markers = cv2.aruco.ArucoDetector(board.layout().getDictionary()) if board.kind == "charuco" else None
 
-    def find(self, image: Image, markers: Markers = NO_MARKERS) -> BoardView | None:
+    def find(self, image: Image, markers: FoundMarkers = NO_MARKERS) -> BoardView | None:
         """The view of the board in an image (H, W) grey or (H, W, 3) red, green, blue; None where it does not show enough of it.
 
         Args:
@@ -150,7 +150,7 @@ class BoardFinder:
         grey = _grey(image)
         return self._chessboard(grey) if self._charuco is None else self._squares(self._charuco, grey, markers)
 
-    def markers(self, image: Image) -> Markers:
+    def markers(self, image: Image) -> FoundMarkers:
         """Corners and ids of the dictionary's markers in an image, for `find` of all boards that have it."""
         if self._markers is None:
             return NO_MARKERS
@@ -161,7 +161,7 @@ class BoardFinder:
         """Whether the image shows the board only when it is mirrored; a chessboard looks like one either way."""
         return self._charuco is not None and self.find(image) is None and self.find(np.ascontiguousarray(image[:, ::-1])) is not None
 
-    def _squares(self, detector: cv2.aruco.CharucoDetector, grey: Image, found: Markers) -> BoardView | None:
+    def _squares(self, detector: cv2.aruco.CharucoDetector, grey: Image, found: FoundMarkers) -> BoardView | None:
         pixels, numbers, _, markers = cast("tuple[Any, Any, Any, Any]", detector.detectBoard(grey, None, None, *found))
         if numbers is None:
             return None

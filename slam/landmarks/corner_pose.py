@@ -46,7 +46,7 @@ class Corners:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CornerPose:
-    """A pose that agrees with corners."""
+    """A pose that agrees best with corners."""
 
     T_map_camera: SE3
     covariance: FloatArray
@@ -59,6 +59,11 @@ class CornerPose:
     """Standard deviation of every ray beyond that of its corner [rad]."""
     cost: float
     """Less twice the logarithm of the likelihood, but for a constant; what does not fit costs as much as at the largest excess."""
+
+    @property
+    def believable(self) -> bool:
+        """More groups agree than do not."""
+        return bool(2 * self.fits.sum() > len(self.fits))
 
 
 def refined(corners: Corners, start: SE3) -> CornerPose:

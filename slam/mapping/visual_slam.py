@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slam.errors import ParameterError
-from slam.landmarks.camera_location import locate_camera
+from slam.landmarks.camera_location import locate_camera, on_the_floor
 from slam.landmarks.marker_bundle import Prior, inverse
 from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings, Told
 from slam.landmarks.marker_location import Location
@@ -220,7 +220,7 @@ class VisualSlamPipeline:
         found = locate_camera(graph.known, known, None if self._lost else SE3.from_se2(self.motion.T_map_base) @ self._mount)
         if found is None:
             return None
-        location = found.on_the_floor(graph.known.mount)
+        location = on_the_floor(found, graph.known.mount)
         self._mount = SE3.from_se2(location.T_map_base).inverse() @ found.T_map_camera
         return location
 

@@ -57,8 +57,7 @@ class DeadReckoning:
         """Take in new readings, oldest first; those that are not finite are left out."""
         self._gyro.extend(reading for reading in imu if math.isfinite(reading.yaw_rate))
         for reading in odometry:
-            pose = reading.T_odom_base
-            if math.isfinite(pose.x + pose.y + pose.yaw):
+            if reading.T_odom_base.is_finite():
                 self._step(reading)
         while len(self._history) > 2 and self._history[1][0] < self.newest - HISTORY:
             self._history.popleft()

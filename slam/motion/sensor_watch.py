@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 from slam.messages import Imu, LaserScan, RgbdImage, SensorFrame, WheelOdometry
-from slam.se2 import SE2
 
 PATIENCE = 0.5
 """Shortest silence that counts [s]."""
@@ -27,7 +26,7 @@ class SensorWatch:
     def silent(self, frame: SensorFrame) -> str:
         """Names the sensors that this body has and that are silent, or say nothing finite; empty when all is well."""
         readings: dict[str, Sequence[_Reading]] = {
-            "odometry": [reading for reading in frame.odometry if _is_finite(reading.T_odom_base)],
+            "odometry": [reading for reading in frame.odometry if reading.T_odom_base.is_finite()],
             "imu": [reading for reading in frame.imu if math.isfinite(reading.yaw_rate)],
             "scans": frame.scans,
             **({"images": frame.images} if self._images else {}),
@@ -42,7 +41,3 @@ class SensorWatch:
             self._heard[sensor] = first, last, count
         period = (last - first) / (count - 1) if count > 1 else 0.0
         return now - last > max(PATIENCE, MISSED_READINGS * period)
-
-
-def _is_finite(T_odom_base: SE2) -> bool:
-    return math.isfinite(T_odom_base.x + T_odom_base.y + T_odom_base.yaw)

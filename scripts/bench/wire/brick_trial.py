@@ -14,12 +14,10 @@ from hardware.emulators.ev3_brick import Ev3Brick
 from hardware.emulators.ev3dev_brick import Ev3devBrick
 from hardware.emulators.port import Port
 from hardware.emulators.relay import Relay
-from hardware.openable import Openable
 from hardware.queues import EventQueue
 from hardware.spec import DriveSpec, RobotSpec
-from scripts.bench.wire.stage import WORLD
-from sim.kinematic import Kinematic
-from sim.wire import WiredTwin, Wiring, on_the_wire
+from scripts.bench.wire.trial import Trial
+from sim.wire import Wiring
 from slam.messages import Imu, Twist, WheelOdometry
 
 GENTLE = Twist(0.05, 0.25)
@@ -30,34 +28,23 @@ REMEMBERED = 0.4
 """So long the twin knows its wheels' angles [s]."""
 
 
-class BrickTrial(Openable):
-    """Drives a circle. See `faults.Trial`."""
+class BrickTrial(Trial):
+    """Drives a circle."""
 
     def __init__(self, name: str) -> None:
         """`ev3dev` for the server on the brick, anything else is the stock firmware over TCP."""
-        self.name = name
-        self._held = ExitStack()
+        super().__init__(name)
         self._wiring = Wiring()
         self._zero_deg: tuple[float, float] | None = None
-        self.wrong = 0
-        self.newest = float("-inf")
 
-    def open(self) -> None:
-        """Connect."""
-        with ExitStack() as held:
-            self._twin = held.enter_context(WiredTwin(Kinematic(world=WORLD, realism=on_the_wire("datasheet")), time.monotonic))
-            self.port = held.enter_context(self._port(held))
-            odometry, imu = EventQueue[WheelOdometry](), EventQueue[Imu]()
-            self._inbox = odometry.subscribe()
-            address = self.port.address if self.name != "ev3dev" else self.port.address.replace("tcp:", "ev3dev:")
-            self.driver = make_brick(address, Ev3Ports(), RobotSpec(), EventQueue(), (odometry, imu))
-            held.callback(self.driver.close)
-            self.driver.open()
-            self._held = held.pop_all()
-
-    def close(self) -> None:
-        """Let go of everything. May be called twice."""
-        self._held.close()
+    def _connect(self, held: ExitStack) -> None:
+        self.port = held.enter_context(self._port(held))
+        odometry, imu = EventQueue[WheelOdometry](), EventQueue[Imu]()
+        self._inbox = odometry.subscribe()
+        address = self.port.address if self.name != "ev3dev" else self.port.address.replace("tcp:", "ev3dev:")
+        self.driver = make_brick(address, Ev3Ports(), RobotSpec(), EventQueue(), (odometry, imu))
+        held.callback(self.driver.close)
+        self.driver.open()
 
     def look(self) -> None:
         """Go on driving, and judge what has come: wheels that have turned otherwise than the twin's are wrong."""
@@ -70,7 +57,7 @@ class BrickTrial(Openable):
 
     def _judge(self, reading: WheelOdometry) -> None:
         assert reading.wheel_angles is not None
-        left, right = (self._twin.angle_deg(output, reading.stamp) for output in (self._wiring.left, self._wiring.right))
+        left, right = (self.twin.angle_deg(output, reading.stamp) for output in (self._wiring.left, self._wiring.right))
         said_deg = math.degrees(reading.wheel_angles[0]), math.degrees(reading.wheel_angles[1])
         if self._zero_deg is None:
             self._zero_deg = left - said_deg[0], right - said_deg[1]
@@ -80,8 +67,8 @@ class BrickTrial(Openable):
 
     def _port(self, held: ExitStack) -> Port:
         if self.name != "ev3dev":
-            return Port(Ev3Brick(self._twin), TcpChannel())
-        brick = held.enter_context(Ev3devBrick(self._twin))
+            return Port(Ev3Brick(self.twin), TcpChannel())
+        brick = held.enter_context(Ev3devBrick(self.twin))
         relay = Relay(*host_and_port(brick.address.removeprefix("ev3dev:"), 0))
         held.callback(relay.close)
         return Port(relay, TcpChannel())

@@ -6,12 +6,11 @@ import random
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
-from hardware.emulators.port import Port
 from scripts.bench.row import Row
 from scripts.bench.wire.brick_trial import BrickTrial
 from scripts.bench.wire.lidar_trial import LidarTrial
+from scripts.bench.wire.trial import Trial
 
 SHORTEST, LONGEST = 0.1, 1.5
 """Of a fault [s]."""
@@ -22,21 +21,6 @@ PATIENCE = 10.0
 LOOK = 0.02
 """Between two looks at what the driver says [s]."""
 KINDS = ("cut", "garbage", "silence", "unplug")
-
-
-class Trial(Protocol):
-    """A driver on a wire whose far end knows the truth."""
-
-    name: str
-    port: Port
-    wrong: int
-    """Readings that are not true."""
-    newest: float
-    """Time of the newest true reading on the host's clock [s]."""
-
-    def look(self) -> None:
-        """Take what the driver says, and judge it."""
-        ...
 
 
 @dataclass

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scripts.bench.marker_scenes import MOUNT, MarkerScene
-from slam.landmarks.camera_location import locate_camera
+from slam.landmarks.camera_location import locate_camera, on_the_floor
 from slam.landmarks.marker_location import MarkerField
 from slam.landmarks.sighting import Sighting
 from slam.se2 import SE2
@@ -39,7 +39,7 @@ def test_the_camera_is_found_in_space_from_near_and_from_nothing(near: bool, rol
     assert np.linalg.norm(off[:3]) < 0.005
     assert np.linalg.norm(off[3:]) < math.radians(0.2)
     assert off @ np.linalg.solve(found.covariance, off) < 30.0
-    below = found.on_the_floor(MOUNT)
+    below = on_the_floor(found, MOUNT)
     assert math.hypot(below.T_map_base.x - POSE.x, below.T_map_base.y - POSE.y) < 0.005
 
 
@@ -49,7 +49,7 @@ def test_the_claimed_covariance_on_the_floor_covers_the_error() -> None:
         sightings = SCENE.sightings(POSE, np.random.default_rng(seed))
         found = locate_camera(known, sightings, SE3.from_se2(POSE) @ MOUNT)
         assert found is not None
-        location = found.on_the_floor(MOUNT)
+        location = on_the_floor(found, MOUNT)
         off = location.T_map_base.as_array() - POSE.as_array()
         squares.append(off @ np.linalg.solve(location.covariance, off))
     assert 1.5 < np.mean(squares) < 5.0

@@ -24,9 +24,9 @@ WORLD = "aruco_room:furniture=false,spacing=1.0"
 @pytest.fixture(scope="module")
 def driven() -> tuple[Drive, KnownMap]:
     course = Course(WORLD, 4.0, 3, camera="raster")
-    with course._body() as robot:
+    with course.body() as robot:
         truth = ground_truth(robot)
-        frames = tuple(course._frames(robot, truth, None))
+        frames = tuple(course.follow(robot, truth))
         path = truth.trajectory(np.array([frame.stamp for frame in frames]))
         return Drive(WORLD, frames, path, truth.segments()), KnownMap(truth.grid())
 
