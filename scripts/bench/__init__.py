@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import itertools
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,16 +70,22 @@ def main(argv: list[str]) -> int:
         if group not in GROUPS:
             raise UsageError(f"no group '{group}'; available: {', '.join(GROUPS)}")
     rows = [row for file in options.read for row in _read(file) if row.group not in options.groups]
+    _keep(rows, options)
     for group in options.groups or (() if options.read else GROUPS):
         measured: list[Row] = importlib.import_module(f"scripts.bench.{group}").run(options.smoke)
         Console(width=150).print(_table(group, measured))
         rows += measured
+        _keep(rows, options)
+    return 0
+
+
+def _keep(rows: list[Row], options: BenchOptions) -> None:
+    """Write what is known so far: hours of measuring may be broken off."""
     rows.sort(key=lambda row: GROUPS.index(row.group))
     if options.json is not None:
         write_text(options.json, json.dumps([{**dataclasses.asdict(row), "command": row.command} for row in rows], indent=2) + "\n")
     if options.markdown is not None:
         write_text(options.markdown, _markdown(rows))
-    return 0
 
 
 def _read(file: Path) -> list[Row]:
@@ -97,9 +104,7 @@ def _read(file: Path) -> list[Row]:
 def _table(group: str, rows: list[Row]) -> Table:
     table = Table(group, "value", "unit", "reach", "peer", "peer's value", "ratio", title_justify="left")
     for row in rows:
-        peer_value = "" if row.peer_value is None else f"{row.peer_value:.4g}"
-        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
-        table.add_row(row.name, f"{row.value:.4g}", row.unit, row.reach, row.peer, peer_value, ratio)
+        table.add_row(*_cells(row))
     return table
 
 
@@ -107,15 +112,22 @@ def _markdown(rows: list[Row]) -> str:
     lines = [
         "# Results",
         "",
-        "Written by `twin bench --markdown docs/results.md`; every row by the command beside it. Peers ran in the same process run, "
+        "Written by `twin bench --markdown docs/results.md`, each table by the command above it. Peers ran in the same process run, "
         "but for those whose figures were published.",
-        "",
-        "| what | value | unit | reach | peer | peer's value | ratio | command |",
-        "|---|---:|---|---|---|---:|---:|---|",
     ]
-    for row in rows:
-        peer_value = "" if row.peer_value is None else f"{row.peer_value:.4g}"
-        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
-        cells = (row.name, f"{row.value:.4g}", row.unit, row.reach, row.peer, peer_value, ratio, f"`{row.command}`")
-        lines.append(f"| {' | '.join(cells)} |")
+    for command, group in itertools.groupby(rows, key=lambda row: row.command):
+        lines += [
+            "",
+            f"## `{command}`",
+            "",
+            "| what | value | unit | reach | peer | peer's value | ratio |",
+            "|---|---:|---|---|---|---:|---:|",
+        ]
+        lines += [f"| {' | '.join(_cells(row))} |" for row in group]
     return "\n".join(lines) + "\n"
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    peer_value = "" if row.peer_value is None else f"{row.peer_value:.4g}"
+    ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
+    return row.name, f"{row.value:.4g}", row.unit, row.reach, row.peer, peer_value, ratio
