@@ -18,9 +18,9 @@ from slam.mapping.recognition import LoopClosing
 from slam.mapping.region import Region
 from slam.mapping.rendering import render
 from slam.mapping.session import load_session, save_session
-from slam.mapping.submap import Submap
+from slam.mapping.submap_chain import SubmapChain
 from slam.mapping.submap_path import SubmapPath
-from slam.mapping.submaps import Link, Submaps
+from slam.mapping.submaps import Submaps
 from slam.mapping.uncertainty import composed, from_body, to_body
 from slam.messages import Estimate, LaserScan, SensorFrame, Status
 from slam.motion.keyframes import KeyframeGate
@@ -57,14 +57,6 @@ class LidarSlam:
         return LidarSlamPipeline(self, T_map_base or SE2())
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Next:
-    """A submap in the making: not yet the one that is tracked in."""
-
-    submap: Submap
-    T_current_next: SE2
-
-
 class LidarSlamPipeline:
     """Tracks in the current submap; `T_map_odom` jumps when the graph moves that submap, `T_odom_base` never."""
 
@@ -73,25 +65,20 @@ class LidarSlamPipeline:
         self._start = T_map_base
         self._watch = SensorWatch()
         self.front = FrontEnd(settings.tracking, SE2())
-        self.submaps = Submaps()
         self._path = SubmapPath()
-        self._current = 0
-        self._next: _Next | None = None
         self._inserted: SE2 | None = None  # T_current_base of the last scan inserted
         self._attempted: SE2 | None = None
-        self._closer = LoopCloser(settings.closing, self.submaps)
+        self._open(Submaps())
         self._unplaced = False  # a session is loaded, and the robot has not been found in it
-        self._too_large = False
         self._moved = math.inf  # time of the newest odometry in the last estimate
         self._placed: tuple[SE2, SE2, FloatArray] = (T_map_base, T_map_base, np.zeros((3, 3)))  # T_map_base, T_map_odom, covariance
-        self._spacing = 0.1  # way from one inserted scan to the next, lately [m]
         self._frozen: OccupancyGrid | None = None
         self._polished: Polished | None = None
 
     @property
     def current(self) -> int:
         """Number of the submap that is tracked in."""
-        return self._current
+        return self._chain.current
 
     def update(self, frame: SensorFrame) -> Estimate:
         """Register the frame's scans and answer with the pose at the frame's time."""
@@ -106,8 +93,7 @@ class LidarSlamPipeline:
         if self._polished is not None:
             return Snapshot(self._polished.map, self._polished.trajectory)
         if self._frozen is None:
-            shown = self.submaps.all + ([self._placed_next()] if self._next else [])
-            self._frozen = render(shown, self._settings.map.resolution).frozen_copy()
+            self._frozen = render(self._chain.all, self._settings.map.resolution).frozen_copy()
         return Snapshot(self._frozen, self._path.trajectory(self.submaps.all))
 
     def finish(self) -> None:
@@ -138,108 +124,78 @@ class LidarSlamPipeline:
         submaps = load_session(folder, self._settings.map)
         if submaps is None or len(submaps) == 0:
             return False
-        self.submaps, self._closer = submaps, LoopCloser(self._settings.closing, submaps)
+        self._open(submaps)
         self.front.place(submaps[0].T_map_submap.inverse() @ self._start)
         self._unplaced = True
         return True
 
+    def _open(self, submaps: Submaps) -> None:
+        self.submaps = submaps
+        self._chain = SubmapChain(self._settings.region, self._settings.map, submaps)
+        self._closer = LoopCloser(self._settings.closing, submaps)
+
     def _register(self, scan: LaserScan) -> None:
         cloud = self.front.ego.points(scan)
-        surfaces = self.submaps.use(self._current).surfaces if len(self.submaps) else None
+        surfaces = self.submaps.use(self._chain.current).surfaces if len(self.submaps) else None
         pose = self.front.track(cloud, None if self._unplaced else surfaces)
         if self._unplaced:
             pose = self._find(cloud, pose)
         if len(self.submaps) == 0:
             pose = self._begin(scan.stamp)
-        self._path.append(scan.stamp, self._current, pose)
+        self._path.append(scan.stamp, self._chain.current, pose)
         if len(cloud.points) > 0 and not self._unplaced and self._settings.keyframes.passes(self._inserted, pose):
             self._keyframe(cloud, pose)
 
     def _begin(self, stamp: float) -> SE2:
         """The first submap lies where the robot starts."""
         pose = self.front.T_local_base
-        self.submaps.add(Submap(0, stamp, self._start @ pose, self._settings.map))
+        self._chain.begin(stamp, self._start @ pose)
         self.front.rebase(pose.inverse())
         return SE2()
 
     def _find(self, cloud: PointScan, pose: SE2) -> SE2:
         """Look for the robot in the session's submaps; `pose` until it is found."""
-        found = self._closer.anywhere(cloud, self.submaps[self._current].T_map_submap @ pose)
+        found = self._closer.anywhere(cloud, self._chain.here.T_map_submap @ pose)
         if found is None:
             return pose
-        self._current, self._unplaced = found.submap, False
+        self._chain.enter(found.submap)
+        self._unplaced = False
         self.front.place(found.T_submap_base)
         return found.T_submap_base
 
     def _keyframe(self, cloud: PointScan, pose: SE2) -> None:
-        s, current = self._settings, self.submaps[self._current]
+        s = self._settings
         if s.mapping:
             self._frozen = None
-            self._insert(cloud, pose)
+            self._chain.insert(cloud, pose, self._inserted)
         self._inserted = pose
-        if s.close_loops and (not s.region.covers(current, pose) or s.attempts.passes(self._attempted, pose)):
+        if s.close_loops and (not s.region.covers(self._chain.here, pose) or s.attempts.passes(self._attempted, pose)):
             self._attempted = pose
             pose = self._recognise_others(cloud, pose)
         if s.mapping:
-            self._move_on(cloud, pose)
+            drift = to_body(self.front.covariance, self.front.T_local_base), s.closing.slipping()
+            T_new_current = self._chain.move_on(cloud, pose, drift)
+            if T_new_current is not None:
+                self._rebase(T_new_current)
 
-    def _insert(self, cloud: PointScan, pose: SE2) -> None:
-        current = self.submaps[self._current]
-        self._too_large |= not current.insert(pose, cloud)
-        if self._inserted is not None:
-            step = self._inserted.inverse() @ pose
-            self._spacing += 0.1 * (math.hypot(step.x, step.y) - self._spacing)
-        region = self._settings.region
-        region.keep(current, cloud, pose)
-        if self._next is not None:
-            T_next_base = self._next.T_current_next.inverse() @ pose
-            self._next.submap.insert(T_next_base, cloud)
-            if region.is_full(current):
-                region.keep(self._next.submap, cloud, T_next_base)
-
-    def _move_on(self, cloud: PointScan, pose: SE2) -> None:
-        """Begin the next submap towards the border of this one, and go over into it behind."""
-        s, current = self._settings, self.submaps[self._current]
-        if s.region.covers(current, pose, s.region.overlap):
-            self._next = None
-        elif self._next is None:
-            self._next = _Next(Submap(len(self.submaps), cloud.stamp, current.T_map_submap @ pose, s.map), pose)
-            self._next.submap.insert(SE2(), cloud)
-        if self._next is not None and not s.region.covers(current, pose):
-            self._adopt(self._next)
-
-    def _adopt(self, following: _Next) -> None:
-        """The next submap becomes the current one."""
-        T_current_next = following.T_current_next
-        self.submaps.add(self._placed_next())
-        steps = 1.0 + math.hypot(T_current_next.x, T_current_next.y) / max(self._spacing, 0.01)
-        body = to_body(self.front.covariance, self.front.T_local_base) * steps + self._settings.closing.slipping()
-        self.submaps.tie(Link(self._current, following.submap.number, T_current_next, body, closure=False))
-        self._enter(following.submap.number, T_current_next.inverse())
-
-    def _placed_next(self) -> Submap:
-        assert self._next is not None
-        self._next.submap.T_map_submap = self.submaps[self._current].T_map_submap @ self._next.T_current_next
-        return self._next.submap
-
-    def _enter(self, number: int, T_new_current: SE2) -> None:
-        """Go on in another submap."""
+    def _rebase(self, T_new_current: SE2) -> None:
+        """Go on in the frame of another submap."""
         self.front.rebase(T_new_current)
-        self._current, self._next = number, None
         self._inserted = None if self._inserted is None else T_new_current @ self._inserted
         self._attempted = None if self._attempted is None else T_new_current @ self._attempted
 
     def _recognise_others(self, cloud: PointScan, pose: SE2) -> SE2:
         """Tie the current submap to others in which the scan is recognised; go over into an older one about the robot."""
-        s, here = self._settings, Here(self._current, pose, to_body(self.front.covariance, pose), cloud)
+        s, here = self._settings, Here(self._chain.current, pose, to_body(self.front.covariance, pose), cloud)
         for found in self._closer.around(here, s.region.radius):
             if s.mapping:
                 self._closer.close(found, here)
                 self._frozen = None
             inside = s.region.covers(self.submaps[found.submap], found.T_submap_base, 0.5 * s.region.overlap)
-            left = not s.region.covers(self.submaps[self._current], pose)
-            if inside and found.known > s.entry_known and (found.submap < self._current or left):
-                self._enter(found.submap, found.T_submap_base @ pose.inverse())
+            left = not s.region.covers(self._chain.here, pose)
+            if inside and found.known > s.entry_known and (found.submap < self._chain.current or left):
+                self._chain.enter(found.submap)
+                self._rebase(found.T_submap_base @ pose.inverse())
                 return found.T_submap_base
         return pose
 
@@ -249,7 +205,7 @@ class LidarSlamPipeline:
             self._place(frame.stamp)
         pose, T_map_odom, covariance = self._placed
         silent = self._watch.silent(frame)  # hears every frame
-        reason = (FULL if self._too_large else "") or self.front.trouble or silent
+        reason = (FULL if self._chain.too_large else "") or self.front.trouble or silent
         if self._unplaced:
             reason = "the scan is not recognised in the session's map"
         status = Status.LOST if self.front.lost or self._unplaced else Status.DEGRADED if reason else Status.TRACKING
@@ -258,9 +214,9 @@ class LidarSlamPipeline:
     def _place(self, stamp: float) -> None:
         """Pose in the map and its covariance: of the submap in the graph, and of the robot in the submap."""
         T_local_base, covariance = self.front.at(stamp)
-        T_map_local = self.submaps[self._current].T_map_submap if len(self.submaps) else self._start
+        T_map_local = self._chain.here.T_map_submap if len(self.submaps) else self._start
         pose = T_map_local @ T_local_base
         body = to_body(covariance, T_local_base)
-        if self._current > 0:
-            body = composed(self.submaps.relative(0)[self._current], T_local_base, body)
+        if self._chain.current > 0:
+            body = composed(self.submaps.relative(0)[self._chain.current], T_local_base, body)
         self._placed = (pose, pose @ self.front.motion.wheels.inverse(), from_body(body, pose))
