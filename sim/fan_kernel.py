@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -47,7 +47,7 @@ def fan_of(origins: Singles, directions: Singles, reach: float) -> Fan:
     return starts, order, rays, _extent(rays, reach)
 
 
-@njit
+@inlined
 def _rises(bearings: Floats) -> bool:
     """Whether the bearings (N,) never fall."""
     falls = False
@@ -56,7 +56,7 @@ def _rises(bearings: Floats) -> bool:
     return not falls
 
 
-@njit
+@inlined
 def _sorted(bearings: Floats) -> Ints:
     """Order (N,) in which bearings, two at least, rise; those of a sweep rise or fall, with one jump where a turn is full."""
     count, jump, jumps = len(bearings), 0, 0
@@ -74,7 +74,7 @@ def _sorted(bearings: Floats) -> Ints:
     return order
 
 
-@njit
+@inlined
 def _extent(rays: Floats, reach: float) -> Floats:
     """The last of a `Fan`."""
     count = rays.shape[1]
@@ -93,7 +93,7 @@ def _extent(rays: Floats, reach: float) -> Floats:
     return extent
 
 
-@njit
+@inlined
 def beams_towards(fan: Fan, a: Place, b: Place, margin: float) -> Beams:
     """Beams that may pass within `margin` [m] of a segment from `a` to `b`, as seen from the middle of the fan."""
     starts = fan[0]
@@ -109,7 +109,7 @@ def beams_towards(fan: Fan, a: Place, b: Place, margin: float) -> Beams:
     return (starts[first], starts[BINS]), (0, min(starts[last + 1], starts[first]))
 
 
-@njit
+@inlined
 def _tangent(place: Place, margin: float) -> float:
     """Bearing of the tangent from the origin to a circle about a place: its left one, or with a margin below 0 its right one."""
     distance = np.sqrt(place[0] * place[0] + place[1] * place[1])
@@ -118,7 +118,7 @@ def _tangent(place: Place, margin: float) -> float:
     return bearing(place[0] * c - place[1] * s, place[0] * s + place[1] * c)
 
 
-@njit
+@inlined
 def bearing(x: float, y: float) -> float:
     """0..4, grows with the direction of (x, y): one for each quadrant."""
     share = y / max(abs(x) + abs(y), 1e-30)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -77,7 +77,7 @@ def report(
     return measure(ranges, met[1], draws[1], model, biases, limits)
 
 
-@njit
+@inlined
 def blend(met: Met, spot: float, edge: tuple[float, float, float], draws: Floats) -> Floats:
     """Ranges (N,) [m] of spots that may straddle a depth edge: between the two depths, or nan where the device gives up.
 
@@ -110,14 +110,14 @@ def blend(met: Met, spot: float, edge: tuple[float, float, float], draws: Floats
     return blended
 
 
-@njit
+@inlined
 def _slope(met: Met, i: int) -> float:
     """How fast the range changes with the beam's angle on the surface that beam i meets [m/rad]; 0 where it meets nothing."""
     r, cosine = float(met[0][i]), float(met[1][i])
     return r * np.sqrt(1.0 / max(cosine * cosine, 1e-6) - 1.0) if np.isfinite(r) else 0.0
 
 
-@njit
+@inlined
 def _between(own: float, other: float, share: float) -> float:
     """Range of a spot of which `share` lies at another depth; nothing there gives no light."""
     if not (np.isfinite(own) and np.isfinite(other)):
@@ -126,7 +126,7 @@ def _between(own: float, other: float, share: float) -> float:
     return (a * own + b * other) / (a + b)
 
 
-@njit
+@inlined
 def lose(ranges: Floats, met: Met, reaches: Floats, shares: tuple[float, float, float, float], draws: Floats) -> None:
     """Put nan (an error code) or inf (nothing in range) where too little or too much light comes back.
 
@@ -149,7 +149,7 @@ def lose(ranges: Floats, met: Met, reaches: Floats, shares: tuple[float, float, 
             ranges[i] = np.inf if material == GLOSSY and chance < silent else np.nan
 
 
-@njit
+@inlined
 def measure(
     ranges: Floats, cosines: Singles, normals: Floats, model: tuple[float, ...], biases: Floats, limits: tuple[float, float]
 ) -> Floats:
@@ -183,7 +183,7 @@ def measure(
     return reported
 
 
-@njit
+@inlined
 def _chance(draw: float, place: int) -> float:
     """One of four independent uniform numbers in 0..1 from the digits of one."""
     for _ in range(place):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sim.fan_kernel import Fan, beams_towards, fan_of
 from sim.lidar_kernel import Codes, Met
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,7 +51,7 @@ def meet(outlines: Outlines, origins: Singles, directions: Singles, reach: float
     return _found(outlines, fan, drawn)
 
 
-@njit
+@inlined
 def _draw_sides(fan: Fan, drawn: Drawn, known: tuple[int, Floats], shape: Shape) -> None:
     """Draw the sides of one solid, of which the first one's number and the normals are known; from outside, those that face the beams."""
     (first, normals), (sides, place) = known, shape
@@ -65,7 +65,7 @@ def _draw_sides(fan: Fan, drawn: Drawn, known: tuple[int, Floats], shape: Shape)
                 _draw_side(fan, drawn, first + k, (sides[k], place), beams)
 
 
-@njit
+@inlined
 def _draw_side(fan: Fan, drawn: Drawn, number: int, shape: Shape, beams: tuple[int, int]) -> None:
     """Draw one side over some beams. Without a branch, so that the compiler takes several beams at once."""
     ox, oy, oz, dx, dy, dz = fan[2][0], fan[2][1], fan[2][2], fan[2][3], fan[2][4], fan[2][5]
@@ -82,7 +82,7 @@ def _draw_side(fan: Fan, drawn: Drawn, number: int, shape: Shape, beams: tuple[i
         hits[k] = number if met else hits[k]
 
 
-@njit
+@inlined
 def _draw_round(fan: Fan, drawn: Drawn, number: int, place: Floats) -> None:
     """Draw the side of an upright cylinder."""
     ox, oy, oz, dx, dy, dz = fan[2][0], fan[2][1], fan[2][2], fan[2][3], fan[2][4], fan[2][5]
@@ -99,7 +99,7 @@ def _draw_round(fan: Fan, drawn: Drawn, number: int, place: Floats) -> None:
                 nearest[k], hits[k] = t, number
 
 
-@njit
+@inlined
 def _draw_level(fan: Fan, drawn: Drawn, number: int, shape: Shape, face: float) -> None:
     """Draw the top or the bottom of a solid, at height `face` [m]; one without sides is round."""
     rays, (nearest, hits), (sides, place) = fan[2], drawn, shape
@@ -117,7 +117,7 @@ def _draw_level(fan: Fan, drawn: Drawn, number: int, shape: Shape, face: float) 
                 nearest[k], hits[k] = t, number
 
 
-@njit
+@inlined
 def _found(outlines: Outlines, fan: Fan, drawn: Drawn) -> Met:
     """What was drawn nearest over each beam, in the beams' own order."""
     sides, normals, owners, spans, _, materials = outlines
@@ -141,7 +141,7 @@ def _found(outlines: Outlines, fan: Fan, drawn: Drawn) -> Met:
     return ranges, cosines, codes
 
 
-@njit
+@inlined
 def _beyond(side: Floats, x: float, y: float) -> float:
     """How far a place is outside of the line of a side [m]."""
     ex, ey = side[2] - side[0], side[3] - side[1]
@@ -173,7 +173,7 @@ def clearance_of(sides: Floats, hulls: Floats, x: float, y: float) -> float:
     return np.sqrt(nearest)
 
 
-@njit
+@inlined
 def _nearest(sides: Floats, x: float, y: float, nearest: float) -> float:
     """Least of the squared distances [m^2] to sides (N, 4), and of what was the nearest."""
     for k in range(len(sides)):

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim import outline_kernel
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 Floats = NDArray[np.float64]
 Pose = tuple[float, float, float]
 """x, y [m], yaw [rad] in (-pi, pi]."""
 
 
-@njit
+@inlined
 def roll(
     pose: Pose, room: float, turned: tuple[float, float], drive: tuple[float, float, float], walls: tuple[Floats, Floats, float]
 ) -> tuple[Pose, float]:
@@ -47,6 +47,19 @@ def clearance(walls: tuple[Floats, Floats, float], x: float, y: float) -> float:
 
 
 @njit
+def nearby(walls: tuple[Floats, Floats, float], x: float, y: float, way: float) -> tuple[Floats, Floats, float]:
+    """The walls that may be the nearest to some place on a way of so many metres from here: all that `clearance` needs there."""
+    sides, hulls, radius = walls
+    reach, count = clearance(walls, x, y) + 2.0 * way, 0
+    kept = np.empty_like(hulls)
+    for k in range(len(hulls)):
+        if math.sqrt((hulls[k, 0] - x) ** 2 + (hulls[k, 1] - y) ** 2) - hulls[k, 2] <= reach:
+            kept[count] = hulls[k]
+            count += 1
+    return sides, kept[:count], radius
+
+
+@inlined
 def arc(turned: tuple[float, float], drive: tuple[float, float, float]) -> Pose:
     """The body's motion while its wheels turn: exact. See `slam.se2.SE2.exp`."""
     left, right = turned[0] * drive[0], turned[1] * drive[1]
@@ -58,7 +71,7 @@ def arc(turned: tuple[float, float], drive: tuple[float, float, float]) -> Pose:
     return a * v, b * v, omega
 
 
-@njit
+@inlined
 def compose(a: Pose, b: Pose) -> Pose:
     """`T_0_2 = T_0_1 @ T_1_2`, as `slam.se2.SE2` does."""
     c, s = math.cos(a[2]), math.sin(a[2])
@@ -72,7 +85,7 @@ def inverse(a: Pose) -> Pose:
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], wrapped(-a[2])
 
 
-@njit
+@inlined
 def wrapped(angle: float) -> float:
     """An angle of less than three half turns in (-pi, pi] [rad]."""
     if angle > math.pi:
@@ -80,20 +93,20 @@ def wrapped(angle: float) -> float:
     return angle + math.tau if angle <= -math.pi else angle
 
 
-@njit
+@inlined
 def approached(rates: tuple[float, float], goals: tuple[float, float], gain: float, limit: float) -> tuple[float, float]:
     """Wheel rates one step nearer to their goals [rad/s]: by a share of what is missing, `limit` at most."""
     return _approached(rates[0], goals[0], gain, limit), _approached(rates[1], goals[1], gain, limit)
 
 
-@njit
+@inlined
 def _approached(rate: float, goal: float, gain: float, limit: float) -> float:
     if abs(goal - rate) < 1e-6:
         return goal
     return rate + min(max((goal - rate) * gain, -limit), limit)
 
 
-@njit
+@inlined
 def braked(rates: tuple[float, float], wanted: tuple[float, float], limits: tuple[float, float]) -> tuple[float, float]:
     """Wheel rates that torques bring towards those wanted, by `limits` at most [rad/s]."""
     left = rates[0] + min(max(wanted[0] - rates[0], -limits[0]), limits[0])

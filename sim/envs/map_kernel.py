@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.rolling_kernel import Pose, wrapped
-from slam.kernels.jit import njit
+from slam.kernels.jit import inlined, njit
 
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
@@ -77,7 +77,7 @@ def insert(chart: Chart, beams: tuple[Floats, Floats], poses: tuple[Pose, Pose],
     return crossed + new
 
 
-@njit
+@inlined
 def _most_crossed(ends: Floats) -> int:
     """More cells than these rays (N, 5) touch."""
     most = 0
@@ -86,7 +86,7 @@ def _most_crossed(ends: Floats) -> int:
     return most
 
 
-@njit
+@inlined
 def _hit(chart: Chart, ends: Floats, touched: NDArray[np.int32]) -> tuple[int, int]:
     """Raise the cells in which rays end at something; returns how many were touched, and how many that count are new."""
     cells, _, _, counting = chart
@@ -106,7 +106,7 @@ def _hit(chart: Chart, ends: Floats, touched: NDArray[np.int32]) -> tuple[int, i
     return n, fresh
 
 
-@njit
+@inlined
 def _cross(chart: Chart, ends: Floats, touched: tuple[NDArray[np.int32], int]) -> tuple[int, int]:
     """Lower the cells that rays cross before they end; returns how many are touched by now, and how many that count are new.
 
@@ -143,7 +143,7 @@ def _cross(chart: Chart, ends: Floats, touched: tuple[NDArray[np.int32], int]) -
     return n, fresh
 
 
-@njit
+@inlined
 def _count(chart: Chart, row: int, col: int, change: tuple[int, int]) -> None:
     """Enter that a cell has become free or occupied."""
     old, new = change
@@ -177,18 +177,25 @@ def overview(blocks: Bytes, pose: Pose, seen: Bytes) -> None:
     _sample(blocks, ((pose[0] / CELL + HALF) / BLOCK, (pose[1] / CELL + HALF) / BLOCK, pose[2]), seen)
 
 
-@njit
+@inlined
 def _sample(values: Bytes, pose: Pose, seen: Bytes) -> None:
-    """Values (N, N) about a pose, x and y in cells, into `seen` (VIEW, VIEW); at the border those there repeat."""
+    """Values (N, N) about a pose, x and y in cells, into `seen` (VIEW, VIEW); at the border those there repeat.
+
+    First where a row's values are, for four of them at once, then the values.
+    """
     ux, uy, limit = int(math.cos(pose[2]) * FIXED), int(math.sin(pose[2]) * FIXED), len(values) - 1
-    x0, y0 = int(pose[0] * FIXED), int(pose[1] * FIXED)
-    flat, width = values.reshape(-1), len(values)
+    flat, width, shift = values.reshape(-1), np.uint64(len(values)), np.uint64(SHIFT + 1)
     inside = min(pose[0], pose[1]) > 0.75 * VIEW and max(pose[0], pose[1]) < limit - 0.75 * VIEW
+    places = np.empty(VIEW, np.uint32)
     for i in range(VIEW):
-        ahead = VIEW - 1 - 2 * i
+        ahead, left = VIEW - 1 - 2 * i, VIEW - 1
+        x = 2 * int(pose[0] * FIXED) + ahead * ux - left * uy
+        y = 2 * int(pose[1] * FIXED) + ahead * uy + left * ux
         for k in range(VIEW):
-            left = VIEW - 1 - 2 * k
-            col, row = (2 * x0 + ahead * ux - left * uy) >> SHIFT + 1, (2 * y0 + ahead * uy + left * ux) >> SHIFT + 1
-            if not inside:
-                row, col = min(max(row, 0), limit), min(max(col, 0), limit)
-            seen[i, k] = flat[np.uint32(row * width + col)]
+            if inside:
+                places[k] = (np.uint64(y - 2 * k * ux) >> shift) * width + (np.uint64(x + 2 * k * uy) >> shift)
+            else:
+                col, row = (x + 2 * k * uy) >> SHIFT + 1, (y - 2 * k * ux) >> SHIFT + 1
+                places[k] = min(max(row, 0), limit) * len(values) + min(max(col, 0), limit)
+        for k in range(VIEW):
+            seen[i, k] = flat[places[k]]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.spec import DriveSpec, LidarSpec, RobotSpec
-from sim import kernels
 from sim.drive import LAG, MAX_ACCELERATION, TORQUE
 from sim.envs import native_kernel
 from sim.envs.map_kernel import BLOCK, SIDE, UNKNOWN_GREY, VIEW
@@ -86,7 +85,7 @@ class Fleet:
     def __init__(self, count: int, spec: RobotSpec) -> None:
         self._spec, self._drive, lidar = spec, spec.drive or DriveSpec(), spec.lidar or LidarSpec()
         self._lidar = lidar
-        self._robots = np.zeros((count, BODY)), np.zeros((count, KEPT, 7)), np.zeros((count, KEPT, 3)), np.zeros(count, np.int64)
+        self._robots = np.zeros((count, BODY)), np.zeros((count, KEPT, 7)), np.zeros(count, np.int64)
         self._charts = empty_charts(count)
         self._times = self._timetable(4096)
         self._worlds = _Worlds(count)
@@ -110,13 +109,12 @@ class Fleet:
     def place(self, i: int, site: Site) -> None:
         """Put a robot at the start of a site, with a map that knows nothing."""
         self._worlds.put(i, site)
-        pose, (bodies, rows, track, steps) = site.T_world_map, self._robots
+        pose, (bodies, rows, steps) = site.T_world_map, self._robots
         bodies[i] = 0.0
         bodies[i, :3] = pose.as_array()
         rows[i] = 0.0
         rows[i, :, :2] = pose.x, pose.y
         rows[i, :, 5], rows[i, :, 6] = math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw)
-        track[i] = kernels.to_base(rows[i], np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
         steps[i] = 1
         clear(self._charts, i)
         site.mark(self._charts[3][i])

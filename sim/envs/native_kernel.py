@@ -29,6 +29,8 @@ KEPT = 128
 """Physics steps that are kept of each robot's way: longer than a step and the scan in it."""
 STEPS, FIRST_STEPS = 50, 55
 """Physics steps in a step, and before the first scan has come."""
+MARGIN = 1.1
+"""By which the longest way of a step is taken longer."""
 CONTACT = 0.005
 """Nearer to anything than this the robot touches it [m]."""
 
@@ -37,9 +39,9 @@ Worlds = tuple[Floats, Floats, Ints, Ints, Floats, NDArray[np.int8], Floats, Flo
 (N, H, 5); how many sides, solids, sides that stop it and hulls there are (N, 4); T_world_map as x, y, yaw (N, 3)."""
 Walls = tuple[Floats, Floats, float]
 """Sides (W, 4) and hulls (H, 5) of what stops a robot, and the radius of the circle that holds it [m]."""
-Robots = tuple[Floats, Floats, Floats, Ints]
-"""Bodies (N, BODY); the poses of their last steps as position and quaternion (N, KEPT, 7) and as x, y, yaw (N, KEPT, 3), the newest
-last; how many steps they have made (N,), the start included."""
+Robots = tuple[Floats, Floats, Ints]
+"""Bodies (N, BODY); the poses of their last steps as position and quaternion (N, KEPT, 7), the newest last; how many steps they have
+made (N,), the start included."""
 Charts = tuple[Bytes, NDArray[np.int16], Bytes, Bytes]
 """`map_kernel.Chart`, with N in front."""
 Device = tuple[
@@ -77,8 +79,8 @@ def step(
         count = STEPS if times[0][i] >= 0 else FIRST_STEPS
         times[0][i] += 1
         at = int(times[0][i])
-        _drive(_walls(worlds, i, device), (robots[0][i], robots[1][i], robots[2][i]), device, count)
-        robots[3][i] += count
+        _drive(_walls(worlds, i, device), (robots[0][i], robots[1][i]), device, count)
+        robots[2][i] += count
         ranges, begin, end = _sweep(worlds, robots, device, i, float(times[1][at]))
         T_map_world = rolling_kernel.inverse((worlds[9][i, 0], worlds[9][i, 1], worlds[9][i, 2]))
         mount, angles = device[2][1], device[2][0]
@@ -88,7 +90,7 @@ def step(
         )
         chart = charts[0][i], charts[1][i], charts[2][i], charts[3][i]
         sights[4][i] = map_kernel.insert(chart, (ranges, angles), poses, device[0][4])
-        pose = rolling_kernel.compose(T_map_world, _pose_at(robots[2][i], robots[3][i], float(times[2][at])))
+        pose = rolling_kernel.compose(T_map_world, _pose_at(robots[1][i], robots[2][i], float(times[2][at])))
         look(chart, (ranges, device[0][4]), pose, (sights[0][i], sights[1][i], sights[2][i], sights[3][i]))
         sights[5][i] = touches(_walls(worlds, i, device), robots[0][i, X], robots[0][i, X + 1], robots[0][i, ROOM])
 
@@ -136,12 +138,15 @@ def touches(walls: Walls, x: float, y: float, room: float) -> bool:
 
 
 @njit
-def _drive(walls: Walls, robot: tuple[Floats, Floats, Floats], device: Device, steps: int) -> None:
+def _drive(walls: Walls, robot: tuple[Floats, Floats], device: Device, steps: int) -> None:
     """Make physics steps and keep their poses."""
-    body, rows, track = robot
-    lag, fastest_change, brake = device[4][:3]
-    rows[: KEPT - steps], track[: KEPT - steps] = rows[steps:].copy(), track[steps:].copy()
+    body, rows = robot
+    lag, fastest_change, brake, fastest = device[4][:4]
+    rows[: KEPT - steps] = rows[steps:].copy()
     added = rows[KEPT - steps :]
+    longest = MARGIN * steps * STEP * fastest * max(device[3][0], device[3][1])
+    if body[ROOM] < longest:
+        walls = rolling_kernel.nearby(walls, body[X], body[X + 1], longest)
     wheels, motors = (body[RATES], body[RATES + 1]), (body[MOTORS], body[MOTORS + 1])
     goals = body[GOALS], body[GOALS + 1]
     pose, room = (body[X], body[X + 1], body[YAW]), body[ROOM]
@@ -154,7 +159,6 @@ def _drive(walls: Walls, robot: tuple[Floats, Floats, Floats], device: Device, s
         added[k, :5] = 0.0
         added[k, 0], added[k, 1], added[k, 5], added[k, 6] = pose[0], pose[1], math.sin(half), math.cos(half)
     body[X], body[X + 1], body[YAW], body[ROOM] = pose[0], pose[1], pose[2], room
-    track[KEPT - steps :] = kernels.to_base(added, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
     body[RATES], body[RATES + 1], body[MOTORS], body[MOTORS + 1] = wheels[0], wheels[1], motors[0], motors[1]
 
 
@@ -162,7 +166,7 @@ def _drive(walls: Walls, robot: tuple[Floats, Floats, Floats], device: Device, s
 def _sweep(worlds: Worlds, robots: Robots, device: Device, i: int, stamp: float) -> tuple[Floats, Pose, Pose]:
     """The scan (B,) [m] whose first beam leaves at `stamp` [s], and T_world_base at its first and last beam."""
     (directions, mount, optics, model, limits, biases), (draws, normals), (_, _, increment, reach) = device[0], device[1], device[2]
-    steps, rows = robots[3][i], robots[1][i]
+    steps, rows = robots[2][i], robots[1][i]
     end = stamp + (len(directions) - 1) * increment
     first = int(stamp / STEP)
     last = max(min(int(np.ceil(end / STEP)), steps - 1), first + 1)
@@ -180,15 +184,16 @@ def _sweep(worlds: Worlds, robots: Robots, device: Device, i: int, stamp: float)
     )
     met = outline_kernel.meet(outlines, origins, turned, reach)
     ranges = lidar_kernel.report(met, (draws, normals), optics, model, biases, limits)
-    return ranges, _pose_at(robots[2][i], steps, stamp), _pose_at(robots[2][i], steps, end)
+    return ranges, _pose_at(rows, steps, stamp), _pose_at(rows, steps, end)
 
 
 @njit
-def _pose_at(track: Floats, steps: int, t: float) -> Pose:
+def _pose_at(rows: Floats, steps: int, t: float) -> Pose:
     """As `sim.motion.Motion.pose_at`."""
     place = min(t / STEP, steps - 1.0)
     k = min(int(place), max(steps - 2, 0))
     f = place - k
-    a, b = track[KEPT - steps + k], track[KEPT - steps + min(k + 1, steps - 1)]
-    yaw = rolling_kernel.wrapped(a[2] + f * rolling_kernel.wrapped(b[2] - a[2]))
+    a, b = rows[KEPT - steps + k], rows[KEPT - steps + min(k + 1, steps - 1)]
+    yaw = kernels.yaw_of(a)
+    yaw = rolling_kernel.wrapped(yaw + f * rolling_kernel.wrapped(kernels.yaw_of(b) - yaw))
     return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), yaw
