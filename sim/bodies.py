@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from sim.bullet import pybullet
-from sim.scene import Triangles, box_size, middle, standing_solids
+from sim.scene import Triangles, box_size, middle, movable_solids, static_solids
 from worlds.parts import Cylinder
 from worlds.world import Solid, World
 
@@ -22,6 +23,8 @@ TOUCHES = {
 }
 FRICTION = 0.5
 """Lateral friction of walls and furniture; PyBullet multiplies the two of a contact."""
+PARTS = 16
+"""Of one body: PyBullet leaves out more of them without a word."""
 
 
 def add_floor(client: int) -> None:
@@ -33,9 +36,14 @@ def add_floor(client: int) -> None:
 
 
 def add_world(world: World, client: int) -> list[int]:
-    """Add everything that stands in the world; returns the ids of the movable bodies, in the order of `scene.movable_solids`."""
-    bodies = [(solid.mass, _add_solid(solid, client)) for solid in standing_solids(world)]
-    return [body for mass, body in bodies if mass > 0.0]
+    """Add everything that stands in the world; returns the ids of the movable bodies, in the order of `scene.movable_solids`.
+
+    What never moves shares bodies: the physics goes through all of them in every step, though not through their parts.
+    """
+    fixed = static_solids(world)
+    for first in range(0, len(fixed), PARTS):
+        _add_fixed(fixed[first : first + PARTS], client)
+    return [_add_movable(solid, client) for solid in movable_solids(world)]
 
 
 def add_moved(triangles: Triangles, client: int) -> int:
@@ -61,23 +69,49 @@ def set_group(body: int, link: int, group: int, client: int) -> None:
     pybullet.setCollisionFilterGroupMask(body, link, group, TOUCHES[group], physicsClientId=client)
 
 
-def _add_solid(solid: Solid, client: int) -> int:
-    x, y, z, yaw = middle(solid)
+def _add_fixed(solids: Sequence[Solid], client: int) -> None:
+    """Add one body of solids, `PARTS` at most, that never move."""
+    places = [_place(solid) for solid in solids]
+    shape = pybullet.createCollisionShapeArray(
+        shapeTypes=[pybullet.GEOM_CYLINDER if isinstance(solid, Cylinder) else pybullet.GEOM_BOX for solid in solids],
+        halfExtents=[_half(solid) for solid in solids],
+        radii=[solid.radius if isinstance(solid, Cylinder) else 0.0 for solid in solids],
+        lengths=[solid.height if isinstance(solid, Cylinder) else 0.0 for solid in solids],
+        collisionFramePositions=[position for position, _ in places],
+        collisionFrameOrientations=[orientation for _, orientation in places],
+        physicsClientId=client,
+    )
+    body = pybullet.createMultiBody(0.0, shape, useMaximalCoordinates=1, physicsClientId=client)
+    pybullet.changeDynamics(body, -1, lateralFriction=FRICTION, physicsClientId=client)
+    set_group(body, -1, WORLD, client)
+
+
+def _add_movable(solid: Solid, client: int) -> int:
+    if isinstance(solid, Cylinder):
+        shape = pybullet.createCollisionShape(pybullet.GEOM_CYLINDER, radius=solid.radius, height=solid.height, physicsClientId=client)
+    else:
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=_half(solid), physicsClientId=client)
+    position, orientation = _place(solid)
     body = pybullet.createMultiBody(
         solid.mass,
-        _collision_shape(solid, client),
-        basePosition=(x, y, z),
-        baseOrientation=(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)),
+        shape,
+        basePosition=position,
+        baseOrientation=orientation,
         useMaximalCoordinates=1,  # a plain rigid body: a quarter less time per step than a multibody without joints
         physicsClientId=client,
     )
     pybullet.changeDynamics(body, -1, lateralFriction=FRICTION, physicsClientId=client)
-    set_group(body, -1, MOVABLE if solid.mass > 0.0 else WORLD, client)
+    set_group(body, -1, MOVABLE, client)
     return body
 
 
-def _collision_shape(solid: Solid, client: int) -> int:
-    if isinstance(solid, Cylinder):
-        return pybullet.createCollisionShape(pybullet.GEOM_CYLINDER, radius=solid.radius, height=solid.height, physicsClientId=client)
-    half = [0.5 * side for side in box_size(solid)]
-    return pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+def _place(solid: Solid) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+    """Position and quaternion of a solid's middle."""
+    x, y, z, yaw = middle(solid)
+    return (x, y, z), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+
+
+def _half(solid: Solid) -> tuple[float, float, float]:
+    """Half the sides of a box; zeros of a cylinder."""
+    x, y, z = (0.0, 0.0, 0.0) if isinstance(solid, Cylinder) else box_size(solid)
+    return 0.5 * x, 0.5 * y, 0.5 * z

@@ -35,6 +35,15 @@ def createCollisionShape(
     vertices: Sequence[Vector] = ...,
     physicsClientId: int = ...,
 ) -> int: ...
+def createCollisionShapeArray(
+    shapeTypes: Sequence[int],
+    halfExtents: Sequence[Vector],
+    radii: Sequence[float],
+    lengths: Sequence[float],
+    collisionFramePositions: Sequence[Vector],
+    collisionFrameOrientations: Sequence[Vector],
+    physicsClientId: int = ...,
+) -> int: ...
 def createMultiBody(
     baseMass: float = ...,
     baseCollisionShapeIndex: int = ...,
