@@ -30,6 +30,7 @@ from slam.localization.motion_models import ConstantVelocity, OdometryMotion
 from slam.localization.particles import Particles
 from slam.localization.people_around import Carrying, PeopleAround
 from slam.localization.resampling import parents
+from slam.localization.seen_directions import SeenDirections
 from slam.localization.sensor_models import require_shares
 from slam.messages import Estimate, SensorFrame, Status
 from slam.scans import PointScan
@@ -121,13 +122,15 @@ class LocalizabilityPipeline(MclPipeline):
         kept = s.tempering * (1.0 - self._factors(cloud, sight, C, range_max))
         self._matrix = localizability_matrix(sight, kept * (sight.cosines / s.sensor.sigma_hit) ** 2)
         shares = kept if s.fusion == "weighted" else np.full(len(kept), s.tempering)
-        weighed = _softened(Particles(predicted.poses, self._likelihood.log(predicted.poses, cloud, shares)), s.effective_min)
-        mean, poses = weighed.mean(), weighed.poses
-        if s.fusion == "eq14":
-            P_PF, mean = mean, fused(P_odo, mean, gain(self._matrix, C, s.k1))
-            poses = moved_along(poses, mean, P_PF)
+        directions = SeenDirections.of(self._matrix, C, s.tempering / s.sensor.sigma_hit**2)
+        judged = directions.level(predicted.poses, P_odo) if s.fusion == "weighted" else predicted.poses
+        weighed = _softened(Particles(predicted.poses, self._likelihood.log(judged, cloud, shares)), s.effective_min)
+        P_PF = weighed.mean()
+        mean = directions.fuse(P_odo, P_PF, C) if s.fusion == "weighted" else fused(P_odo, P_PF, gain(self._matrix, C, s.k1))
+        poses = moved_along(predicted.poses, mean, P_PF)
         self._covariance = Particles(poses, weighed.log_weights).covariance(mean)
-        self._particles = Particles.equal(poses[parents(weighed.weights, len(poses), self._rng)])
+        drawn = Particles.equal(poses[parents(weighed.weights, len(poses), self._rng)])
+        self._particles = Particles.equal(moved_along(drawn.poses, mean, drawn.mean()))
         self._way, self._duration, self._begun = SE2(), 0.0, True
         self._judge(kept / s.tempering)
         return mean
