@@ -26,13 +26,13 @@ def fill(poses: NDArray[np.float64], sizes: Sizes) -> tuple[NDArray[np.int64], N
         poses: x, y [m], yaw [rad].
         sizes: of the bins.
     """
-    turn, per_side, per_angle = int(np.round(2.0 * np.pi / sizes[1])), 1.0 / sizes[0], 1.0 / sizes[1]
+    turn, per_side = np.round(2.0 * np.pi / sizes[1]), 1.0 / sizes[0]
+    per_angle, per_turn = 1.0 / sizes[1], 1.0 / turn
     bins = np.empty(len(poses), np.int64)
-    for n in range(len(poses)):
-        i, j = int(np.floor(poses[n, 0] * per_side)), int(np.floor(poses[n, 1] * per_side))
-        k = int(np.floor(poses[n, 2] * per_angle))
-        k = k + turn if k < 0 else k - turn if k >= turn else k
-        bins[n] = _key(i, j, k if 0 <= k < turn else k % turn)
+    for n in range(len(poses)):  # without a branch: several at once
+        k = np.floor(poses[n, 2] * per_angle)
+        k -= turn * np.floor((k + 0.5) * per_turn)
+        bins[n] = _key(np.int64(np.floor(poses[n, 0] * per_side)), np.int64(np.floor(poses[n, 1] * per_side)), np.int64(k))
     slots, known = _larger(bins[:0])
     n, count = _number(bins, 0, slots, known, 0)
     while n < len(bins):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.errors import require_not_negative
+from slam.kernels.particle_weights import mean_likelihood
 from slam.localization.augmentation import Augmentation, Averages
 from slam.localization.beams import evenly, one_opinion_each
 from slam.localization.clusters import Cluster, clusters_of
@@ -80,9 +81,9 @@ class Belief:
         chosen = evenly(cloud, self._settings.beams)
         weights = one_opinion_each(chosen.points, self._settings.patch)
         log_likelihoods = likelihood.log(poses, chosen, weights)
-        others = 0.0 if beside is None else beside(poses)
-        self.weighed = Particles(poses, self.particles.log_weights + log_likelihoods + others)
-        self.averages.add(float(np.sum(self.particles.weights * np.exp(log_likelihoods / weights.sum()))))
+        log_weights = self.particles.log_weights + log_likelihoods
+        self.weighed = Particles(poses, log_weights if beside is None else log_weights + beside(poses))
+        self.averages.add(mean_likelihood(self.particles.weights, log_likelihoods, 1.0 / float(weights.sum())))
         self.modes = clusters_of(self.weighed)
         self._draw()
 

@@ -21,9 +21,6 @@ ON_THE_SPOT = 0.01
 """Below this way [m] its direction says nothing, and all of the turn is the second one: a turn of 0.1 rad on the spot would spread
 by 27 deg instead of 1.3."""
 
-MOST = 2**64 - 1
-"""All bits of a random number."""
-
 
 class MotionModel(Protocol):
     """Draws poses after a step from poses before it."""
@@ -117,7 +114,7 @@ class VelocityMotion:
 
 def _normals(count: int, rng: np.random.Generator) -> NDArray[np.float32]:
     """(3, count) standard normal."""
-    bits = rng.integers(0, MOST, (3 * count + 1) // 2, np.uint64, endpoint=True)
+    bits = rng.bit_generator.random_raw((3 * count + 1) // 2)
     return standard_normals(bits)[: 3 * count].reshape(3, count)
 
 

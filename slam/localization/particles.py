@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.kernels import bins as kernels
+from slam.kernels.particle_weights import normalised
 from slam.kernels.rays import directions
 from slam.localization.known_map import KnownMap
 from slam.se2 import SE2, FloatArray
@@ -50,15 +51,18 @@ class Particles:
         return cls.equal(anywhere(known_map, count, rng))
 
     @cached_property
+    def _normalised(self) -> tuple[FloatArray, float]:
+        return normalised(self.log_weights)
+
+    @property
     def weights(self) -> FloatArray:
         """(N,) their sum is 1."""
-        weights = np.exp(self.log_weights - self.log_weights.max())
-        return weights / weights.sum()
+        return self._normalised[0]
 
-    @cached_property
+    @property
     def effective(self) -> float:
         """N_eff = 1 / sum w^2: how many particles of one weight say as much (Doucet, Godsill, Andrieu 2000)."""
-        return 1.0 / float(np.sum(np.square(self.weights)))
+        return self._normalised[1]
 
     @cached_property
     def bins(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
