@@ -6,6 +6,8 @@ blur: Tabatabai, Mitchell, "Edge location to subpixel values in digital imagery"
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,9 +30,13 @@ SEARCH = 4.0
 """How far an edge is searched for to both sides at first [px]."""
 WITHIN = 0.9
 """Part of a module in which nothing but the edge is: one module of border inside, one of white margin outside."""
+APART = 0.6
+"""Part of a module that the window may take once the blur is known: beyond it the slope of a white module inside comes in."""
 WINDOW, SPREAD = 0.75, 2.2
 """Half of the window across an edge: so much [px] and so many standard deviations of its slope."""
 ROUNDS = 3
+ALIKE = 0.95
+"""Least contrast of a side whose margin is free, as a share of the best side's."""
 FEWEST = 5
 """Places that make a side."""
 CORRELATED = 2.0
@@ -64,12 +70,12 @@ def _fit_one(grey: Grey, pixels: Floats, modules: float, lens: Lens, out: tuple[
     """Rounds of lines and corners, each from the corners of the one before."""
     rays, covariances, quality = out
     f = np.sqrt(lens[0] * lens[1])
-    lines, points, spread = np.empty((4, 8)), np.empty((MOST, 2)), np.full(4, -1.0)
+    lines, points, spread = np.empty((4, 9)), np.empty((MOST, 2)), np.full(4, -1.0)
     for _ in range(ROUNDS):
         for side in range(4):
             a, b = pixels[side], pixels[(side + 1) % 4]
-            reach = WITHIN * _across(pixels, side) / modules
-            count, contrast, spread[side] = _edge(grey, (a, b), (reach, spread[side]), points)
+            module = _across(pixels, side) / modules
+            count, contrast, spread[side] = _edge(grey, (a, b), (module, spread[side]), points)
             if count < FEWEST:
                 return False
             for k in range(count):
@@ -80,6 +86,8 @@ def _fit_one(grey: Grey, pixels: Floats, modules: float, lens: Lens, out: tuple[
             if not _meet(lines[side - 1], lines[side], rays[side]):
                 return False
             pixels[side] = to_pixel(lens, rays[side, 0], rays[side, 1])
+    for side in range(4):
+        lines[side, 8] = _systematic(lines[side], _across(pixels, side) / modules, (spread[side], np.max(lines[:, 7])))
     _summarise(lines, rays, f, covariances)
     quality[0] = f * np.sqrt(np.mean(lines[:, 5]))
     quality[1], quality[2] = np.min(lines[:, 7]), np.max(spread)
@@ -97,18 +105,36 @@ def _across(pixels: Floats, side: int) -> float:
 
 
 @njit
+def _half(module: float, spread: float) -> float:
+    """Half of the window across an edge [px]."""
+    return min(APART * module, WINDOW + SPREAD * spread)
+
+
+@njit
+def _systematic(line: Floats, module: float, look: tuple[float, float]) -> float:
+    """Deviation of an edge that all its places share [px].
+
+    White modules inside pull at it where modules are narrow; and a side that is paler than the others has something before its margin.
+    """
+    spread, brightest = look
+    half = _half(module, spread)
+    leak = 0.25 * half * math.erfc((module - half) / max(np.sqrt(2.0) * spread, 1e-9))
+    return leak + half * max(ALIKE - line[7] / brightest, 0.0)
+
+
+@njit
 def _edge(grey: Grey, ends: tuple[Floats, Floats], window: tuple[float, float], points: Floats) -> tuple[int, float, float]:
     """Write points on the edge between two corners; returns how many, the mean contrast and the deviation of the slope [px].
 
     A deviation below 0 in `window` says that the edge is not known yet: then each place takes the window about its steepest slope.
     """
     (ax, ay), (bx, by) = ends
-    reach, spread = window
+    module, spread = window
     length = max(np.hypot(bx - ax, by - ay), 1e-9)
     ux, uy = (bx - ax) / length, (by - ay) / length
     nx, ny = uy, -ux  # out of the black
     places = min(max(int(length * (1.0 - 2.0 * TRIM)), 8), MOST)
-    half = min(reach, SEARCH) if spread < 0.0 else min(reach, WINDOW + SPREAD * spread)
+    half = min(WITHIN * module, SEARCH) if spread < 0.0 else _half(module, spread)
     steps = max(int(2.0 * half / STEP), 4)
     profile = np.empty(steps + 1)
     count, total, variance = 0, 0.0, 0.0
@@ -246,4 +272,4 @@ def _variance_at(line: Floats, ray: Floats, f: float) -> float:
     along = (ray[0] - line[0]) * line[2] + (ray[1] - line[1]) * line[3]
     lever = 12.0 * (along / max(line[4], 1e-12)) ** 2
     independent = max(f * line[4] / CORRELATED, 2.0)
-    return f * f * line[5] / min(independent, line[6]) * (1.0 + lever) + FLOOR * FLOOR
+    return (f * f * line[5] / min(independent, line[6]) + line[8] ** 2) * (1.0 + lever) + FLOOR * FLOOR
