@@ -17,7 +17,7 @@ from slam.kernels.lens import to_pixel, to_ray
 from slam.kernels.planar_pose import carried, square_poses
 from slam.landmarks.marker_family import MarkerFamily
 from slam.landmarks.markers import MarkerImageError, Markers
-from slam.landmarks.sighting import square
+from slam.landmarks.sighting import Sighting, square
 from slam.messages import CameraInfo
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
@@ -138,6 +138,33 @@ def test_the_stated_covariance_covers_the_error() -> None:
         off = sighting.rays - rays_of(T)
         square_errors.append(np.einsum("ki,kij,kj->k", off, sighting.weights, off).mean() / 2.0)
     assert 0.2 < np.mean(square_errors) < 2.5
+
+
+def worst_deviations(sighting: Sighting, T: SE3) -> float:
+    """Chi-square of all corners against the truth; 8 on average where the covariance is true."""
+    off = sighting.rays - rays_of(T)
+    return float(np.einsum("ki,kij,kj->", off, sighting.weights, off))
+
+
+@pytest.mark.parametrize("number", [3, 17, 28, 41])
+@pytest.mark.parametrize(("tilt", "z"), [(1.0, 1.1), (1.1, 0.9), (0.9, 1.4)])
+def test_a_narrow_module_beside_a_white_one_is_not_trusted_too_much(number: int, tilt: float, z: float) -> None:
+    T = posed(0.0, 0.0, z, tilt)
+    for sighting in Markers().build().detect(drawn([(number, T)]), PLAIN).sightings:
+        assert worst_deviations(sighting, T) < 40.0
+
+
+@pytest.mark.parametrize("left", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize("grey", [90, 140])
+def test_a_thing_before_the_margin_does_not_deceive(left: float, grey: int) -> None:
+    T = posed()
+    top, *_, bottom = rays_of(T) * 400.0 + K[:2, 2]
+    along = (bottom - top) / np.linalg.norm(bottom - top)
+    v, u = np.mgrid[:240, :320]
+    picture = drawn([(ID, T)])
+    picture[(u - top[0]) * along[1] - (v - top[1]) * along[0] < -left] = grey
+    for sighting in Markers().build().detect(picture, PLAIN).sightings:
+        assert worst_deviations(sighting, T) < 40.0
 
 
 def test_rows_that_are_read_later_are_carried_back() -> None:
