@@ -15,6 +15,7 @@ from slam.landmarks.marker_map import MappedMarker, MarkerMap
 from slam.landmarks.sighting import Sighting, square
 from slam.se2 import SE2, FloatArray
 from slam.se3 import SE3
+from worlds.loader import load_world
 
 DICTIONARY = "DICT_ARUCO_MIP_36h12"
 MOUNT = camera_mount((0.075, 0.0, 0.20), math.radians(15.0))
@@ -97,6 +98,17 @@ class MarkerScene:
         if colour.focal[0] * marker.size / float(corners[:, 2].mean()) < LEAST_SIDE:
             return None
         return marker, rays + rng.normal(0.0, self.noise / colour.focal[0], (4, 2))
+
+
+def true_map(world: str) -> MarkerMap:
+    """The markers of a world, where they are."""
+    known = load_world(world)
+    markers: list[MappedMarker] = []
+    for marker in known.markers:
+        a, b, _, d = marker.corners()
+        x, y = (b - a) / marker.size, (a - d) / marker.size
+        markers.append(MappedMarker(marker.id, marker.size, SE3(np.column_stack([x, y, np.cross(x, y)]), np.array(marker.position))))
+    return MarkerMap.of(markers, known.dictionary)
 
 
 def map_errors(found: MarkerMap, truth: MarkerMap) -> tuple[FloatArray, FloatArray]:

@@ -13,8 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from tyro.conf import arg
 
-from scripts.bench.marker_scenes import map_errors
-from scripts.bench.markers import true_map
+from scripts.bench.marker_scenes import map_errors, true_map
 from scripts.errors import UsageError
 from scripts.experiments.drive import Course
 from scripts.experiments.markers_picture import write_markers_png

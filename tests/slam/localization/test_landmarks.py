@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scripts.bench.markers import true_map
+from scripts.bench.marker_scenes import true_map
 from scripts.experiments.drive import Course, Drive
 from sim.ground_truth import ground_truth
 from slam.landmarks.marker_map import MarkerMapError
