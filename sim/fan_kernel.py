@@ -21,6 +21,9 @@ BINS = 1024
 """Of bearings."""
 MARGIN = 1e-6
 """Beams that pass a solid by so much are tried [m]."""
+WIDEST = np.pi / np.sqrt(2.0)
+"""The tangent to a circle of radius r is off the bearing of its middle (x, y) by no more than so many r / (|x| + |y|): a bearing never
+grows faster than its angle, and asin(s) not faster than s pi / 2."""
 
 
 @njit
@@ -96,13 +99,38 @@ def _extent(rays: Floats, reach: float) -> Floats:
 @inlined
 def beams_towards(fan: Fan, a: Place, b: Place, margin: float) -> Beams:
     """Beams that may pass within `margin` [m] of a segment from `a` to `b`, as seen from the middle of the fan."""
-    starts = fan[0]
+    right, left = (a, b) if a[0] * b[1] - a[1] * b[0] > 0.0 else (b, a)
+    over_right, over_left = 1.0 / max(abs(right[0]) + abs(right[1]), 1e-30), 1.0 / max(abs(left[0]) + abs(left[1]), 1e-30)
+    low, high = _bearing(right, over_right), _bearing(left, over_left)
+    span = high - low if high >= low else high - low + 4.0
+    wider_right, wider_left = WIDEST * margin * over_right, WIDEST * margin * over_left
+    low, high = low - wider_right, high + wider_left
+    ex, ey = b[0] - a[0], b[1] - a[1]
+    near = abs(a[0] * ey - a[1] * ex) <= 1.001 * margin * (abs(ex) + abs(ey)) + 1e-12
+    if span + wider_right + wider_left >= 4.0 or (near and _passes(a, b, margin)):
+        return (0, fan[0][BINS]), (0, 0)
+    return _between(fan[0], low + 4.0 if low < 0.0 else low, high - 4.0 if high > 4.0 else high)
+
+
+@inlined
+def beams_about(fan: Fan, place: Place, radius: float) -> Beams:
+    """Beams that may meet a circle about a place [m], as seen from the middle of the fan."""
+    if place[0] ** 2 + place[1] ** 2 <= 1.001 * radius * radius + 1e-12:
+        return (0, fan[0][BINS]), (0, 0)
+    return _between(fan[0], _tangent(place, -radius), _tangent(place, radius))
+
+
+@inlined
+def _passes(a: Place, b: Place, margin: float) -> bool:
+    """Whether a segment comes within `margin` [m] of the origin."""
     ex, ey = b[0] - a[0], b[1] - a[1]
     f = min(max(-(a[0] * ex + a[1] * ey) / max(ex * ex + ey * ey, 1e-30), 0.0), 1.0)
-    if (a[0] + f * ex) ** 2 + (a[1] + f * ey) ** 2 <= 1.001 * margin * margin + 1e-12:
-        return (0, starts[BINS]), (0, 0)
-    right, left = (a, b) if a[0] * b[1] - a[1] * b[0] > 0.0 else (b, a)
-    low, high = _tangent(right, -margin), _tangent(left, margin)
+    return (a[0] + f * ex) ** 2 + (a[1] + f * ey) ** 2 <= 1.001 * margin * margin + 1e-12
+
+
+@inlined
+def _between(starts: Ints, low: float, high: float) -> Beams:
+    """Beams in the bins from one bearing to the other."""
     first, last = min(int(low * (0.25 * BINS)), BINS - 1), min(int(high * (0.25 * BINS)), BINS - 1)
     if low <= high:
         return (starts[first], starts[last + 1]), (0, 0)
@@ -121,5 +149,11 @@ def _tangent(place: Place, margin: float) -> float:
 @inlined
 def bearing(x: float, y: float) -> float:
     """0..4, grows with the direction of (x, y): one for each quadrant."""
-    share = y / max(abs(x) + abs(y), 1e-30)
-    return 1.0 + share if x >= 0.0 else 3.0 - share
+    return _bearing((x, y), 1.0 / max(abs(x) + abs(y), 1e-30))
+
+
+@inlined
+def _bearing(place: Place, over: float) -> float:
+    """As `bearing`; `over` is one over the sum of the coordinates' sizes."""
+    share = place[1] * over
+    return 1.0 + share if place[0] >= 0.0 else 3.0 - share

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.fan_kernel import Fan, beams_towards, fan_of
+from sim.fan_kernel import Fan, beams_about, fan_of
 from sim.lidar_kernel import Codes, Met
 from slam.kernels.jit import njit
 
@@ -45,7 +45,7 @@ def meet(hulls: Hulls, frames: Floats, times: tuple[float, float], rays: tuple[S
             continue
         planes = _faces_between(hulls, h, body[0], low - lift, high + lift)
         if len(planes) or np.isfinite(sphere[4]):
-            for beams in beams_towards(fan, (ax - x, ay - y), (ax - x, ay - y), radius):
+            for beams in beams_about(fan, (ax - x, ay - y), radius):
                 _draw((planes, sphere, hulls[4][h]), body, times, fan, beams, met)
 
 

@@ -33,15 +33,9 @@ def to_base(rows: Floats, t: Floats, q: Floats) -> Floats:
         row[4] = w * q[1] - x * q[2] + y * q[3] + z * q[0]
         row[5] = w * q[2] + x * q[1] - y * q[0] + z * q[3]
         row[6] = w * q[3] - x * q[0] - y * q[1] - z * q[2]
-        planar[k, 0], planar[k, 1], planar[k, 2] = row[0], row[1], yaw_of(row)
+        B = _rotation(row[3], row[4], row[5], row[6])
+        planar[k, 0], planar[k, 1], planar[k, 2] = row[0], row[1], np.arctan2(B[3], B[0])
     return planar
-
-
-@njit
-def yaw_of(row: Floats) -> float:
-    """Heading [rad] of a pose x y z and quaternion x y z w."""
-    R = _rotation(row[3], row[4], row[5], row[6])
-    return np.arctan2(R[3], R[0])
 
 
 @njit

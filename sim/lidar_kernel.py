@@ -143,7 +143,7 @@ def lose(ranges: Floats, met: Met, reaches: Floats, shares: tuple[float, float, 
         cosine, material, chance = met[1][i], met[2][i], _chance(draws[i], 2)
         glaring = material == GLOSSY and cosine > glare
         reach = reaches[material] * np.sqrt(cosine) * (0.95 + 0.1 * chance)
-        if _chance(draws[i], 3) < fails or (glaring and chance < blinds):
+        if _chance(chance, 1) < fails or (glaring and chance < blinds):
             ranges[i] = np.nan
         elif not glaring and reach < ranges[i] < np.inf:
             ranges[i] = np.inf if material == GLOSSY and chance < silent else np.nan

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.fan_kernel import Fan, beams_towards, fan_of
+from sim.fan_kernel import Fan, beams_about, beams_towards, fan_of
 from sim.lidar_kernel import Codes, Met
 from slam.kernels.jit import inlined, njit
 
@@ -88,7 +88,7 @@ def _draw_round(fan: Fan, drawn: Drawn, number: int, place: Floats) -> None:
     ox, oy, oz, dx, dy, dz = fan[2][0], fan[2][1], fan[2][2], fan[2][3], fan[2][4], fan[2][5]
     nearest, hits = drawn
     middle = place[0] - fan[3][0], place[1] - fan[3][1]
-    for begin, end in beams_towards(fan, middle, middle, place[2] + fan[3][2]):
+    for begin, end in beams_about(fan, middle, place[2] + fan[3][2]):
         for k in range(begin, end):
             wx, wy = ox[k] - place[0], oy[k] - place[1]
             a, b, c = dx[k] * dx[k] + dy[k] * dy[k], wx * dx[k] + wy * dy[k], wx * wx + wy * wy - place[2] * place[2]
@@ -104,7 +104,7 @@ def _draw_level(fan: Fan, drawn: Drawn, number: int, shape: Shape, face: float) 
     """Draw the top or the bottom of a solid, at height `face` [m]; one without sides is round."""
     rays, (nearest, hits), (sides, place) = fan[2], drawn, shape
     middle = place[0] - fan[3][0], place[1] - fan[3][1]
-    for begin, end in beams_towards(fan, middle, middle, place[2] + fan[3][2]):
+    for begin, end in beams_about(fan, middle, place[2] + fan[3][2]):
         for k in range(begin, end):
             t = (face - rays[2, k]) / rays[5, k]
             if not 0.0 <= t < nearest[k]:

@@ -85,7 +85,7 @@ class Fleet:
     def __init__(self, count: int, spec: RobotSpec) -> None:
         self._spec, self._drive, lidar = spec, spec.drive or DriveSpec(), spec.lidar or LidarSpec()
         self._lidar = lidar
-        self._robots = np.zeros((count, BODY)), np.zeros((count, KEPT, 7)), np.zeros(count, np.int64)
+        self._robots = np.zeros((count, BODY)), np.zeros((count, KEPT, 4)), np.zeros(count, np.int64)
         self._charts = empty_charts(count)
         self._times = self._timetable(4096)
         self._worlds = _Worlds(count)
@@ -112,9 +112,7 @@ class Fleet:
         pose, (bodies, rows, steps) = site.T_world_map, self._robots
         bodies[i] = 0.0
         bodies[i, :3] = pose.as_array()
-        rows[i] = 0.0
-        rows[i, :, :2] = pose.x, pose.y
-        rows[i, :, 5], rows[i, :, 6] = math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw)
+        rows[i] = pose.x, pose.y, math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw)
         steps[i] = 1
         clear(self._charts, i)
         site.mark(self._charts[3][i])

@@ -40,8 +40,8 @@ Worlds = tuple[Floats, Floats, Ints, Ints, Floats, NDArray[np.int8], Floats, Flo
 Walls = tuple[Floats, Floats, float]
 """Sides (W, 4) and hulls (H, 5) of what stops a robot, and the radius of the circle that holds it [m]."""
 Robots = tuple[Floats, Floats, Ints]
-"""Bodies (N, BODY); the poses of their last steps as position and quaternion (N, KEPT, 7), the newest last; how many steps they have
-made (N,), the start included."""
+"""Bodies (N, BODY); the poses of their last steps as x, y, sine and cosine of half the yaw (N, KEPT, 4), the newest last; how many
+steps they have made (N,), the start included."""
 Charts = tuple[Bytes, NDArray[np.int16], Bytes, Bytes]
 """`map_kernel.Chart`, with N in front."""
 Device = tuple[
@@ -126,7 +126,7 @@ def look(
     map_kernel.overview(chart[2], pose, sight[1])
     (ranges, limits), count = scan, len(sight[2])
     for k in range(count):
-        r = ranges[(k * (len(ranges) - 1)) // (count - 1)]
+        r = ranges[k if len(ranges) == count else (k * (len(ranges) - 1)) // (count - 1)]
         sight[2][k] = min(r, limits[1]) if r >= limits[0] else 0.0
     sight[3][0], sight[3][1], sight[3][2] = pose
 
@@ -142,7 +142,8 @@ def _drive(walls: Walls, robot: tuple[Floats, Floats], device: Device, steps: in
     """Make physics steps and keep their poses."""
     body, rows = robot
     lag, fastest_change, brake, fastest = device[4][:4]
-    rows[: KEPT - steps] = rows[steps:].copy()
+    for k in range(KEPT - steps):
+        rows[k] = rows[k + steps]
     added = rows[KEPT - steps :]
     longest = MARGIN * steps * STEP * fastest * max(device[3][0], device[3][1])
     if body[ROOM] < longest:
@@ -156,8 +157,7 @@ def _drive(walls: Walls, robot: tuple[Floats, Floats], device: Device, steps: in
         wheels = rolling_kernel.braked(wheels, motors, (brake, brake))
         pose, room = rolling_kernel.roll(pose, room, (wheels[0] * STEP, wheels[1] * STEP), device[3], walls)
         half = 0.5 * pose[2]
-        added[k, :5] = 0.0
-        added[k, 0], added[k, 1], added[k, 5], added[k, 6] = pose[0], pose[1], math.sin(half), math.cos(half)
+        added[k, 0], added[k, 1], added[k, 2], added[k, 3] = pose[0], pose[1], math.sin(half), math.cos(half)
     body[X], body[X + 1], body[YAW], body[ROOM] = pose[0], pose[1], pose[2], room
     body[RATES], body[RATES + 1], body[MOTORS], body[MOTORS + 1] = wheels[0], wheels[1], motors[0], motors[1]
 
@@ -172,7 +172,7 @@ def _sweep(worlds: Worlds, robots: Robots, device: Device, i: int, stamp: float)
     last = max(min(int(np.ceil(end / STEP)), steps - 1), first + 1)
     window = rows[KEPT - steps + first : KEPT - steps + last + 1]
     places = (stamp - first * STEP) / STEP, increment / STEP
-    origins, turned = kernels.beams(kernels.frames_of(window), places, directions, mount)
+    origins, turned = kernels.beams(_frames_of(window), places, directions, mount)
     sides, solids = worlds[8][i, 0], worlds[8][i, 1]
     outlines = (
         worlds[0][i, :sides],
@@ -194,6 +194,24 @@ def _pose_at(rows: Floats, steps: int, t: float) -> Pose:
     k = min(int(place), max(steps - 2, 0))
     f = place - k
     a, b = rows[KEPT - steps + k], rows[KEPT - steps + min(k + 1, steps - 1)]
-    yaw = kernels.yaw_of(a)
-    yaw = rolling_kernel.wrapped(yaw + f * rolling_kernel.wrapped(kernels.yaw_of(b) - yaw))
+    before, after = _yaw(a), _yaw(b)
+    yaw = rolling_kernel.wrapped(before + f * rolling_kernel.wrapped(after - before))
     return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), yaw
+
+
+@njit
+def _yaw(row: Floats) -> float:
+    """Of a pose that is kept [rad], as `kernels.to_base` has it."""
+    return np.arctan2(2.0 * (row[2] * row[3]), 1.0 - 2.0 * (row[2] * row[2]))
+
+
+@njit
+def _frames_of(rows: Floats) -> Floats:
+    """As `kernels.frames_of`, of poses that are kept."""
+    frames = np.zeros((len(rows), 12))
+    for k in range(len(rows)):
+        x, y, z, w = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+        frames[k, 0] = frames[k, 4] = 1.0 - 2.0 * (z * z)
+        frames[k, 1], frames[k, 3] = -2.0 * (z * w), 2.0 * (z * w)
+        frames[k, 8], frames[k, 9], frames[k, 10] = 1.0, x, y
+    return frames
