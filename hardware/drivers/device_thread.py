@@ -10,7 +10,7 @@ from typing import Protocol
 from hardware.errors import HardwareError
 
 _log = logging.getLogger(__name__)
-FIRST_WAIT, LONGEST_WAIT = 0.1, 0.8
+FIRST_WAIT, LONGEST_WAIT = 0.1, 0.4
 """Before the first attempt to find a device again, and the longest one [s]; it doubles from one to the other."""
 
 

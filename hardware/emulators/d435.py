@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hardware.camera_spec import CameraSpec, Imager
 from hardware.protocols import camera_frames
@@ -67,12 +68,16 @@ class D435:
         return [camera_frames.pack_time(number, self._time_us(self._clock())) for number, _ in asked]
 
     def _pair(self, image: RgbdImage) -> Pair:
-        steps = np.nan_to_num(image.depth / DEPTH_UNIT, nan=0.0, posinf=0.0).round().clip(0, DEEPEST).astype(np.uint16)
         middle_us = self._time_us(image.stamp)
-        return Pair(self._number, middle_us, middle_us + round(1e6 * READOUT), image.colour, steps)
+        return Pair(self._number, middle_us, middle_us + round(1e6 * READOUT), image.colour, depth_steps(image.depth))
 
     def _time_us(self, t: float) -> int:
         return round(1e6 * (self._zero + t))
+
+
+def depth_steps(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Depths of (H, W) [m] in steps of `DEPTH_UNIT`, as the camera sends them; 0 where there is none."""
+    return np.nan_to_num(depth / DEPTH_UNIT, nan=0.0, posinf=0.0).round().clip(0, DEEPEST).astype(np.uint16)
 
 
 def hello(spec: CameraSpec) -> Hello:

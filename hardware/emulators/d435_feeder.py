@@ -21,8 +21,8 @@ from hardware.protocols import camera_frames
 from hardware.protocols.camera_frames import Hello, Kind, Lens, Message, Messages, Pair
 
 TCP_PORT = 5435
-HELLO_TIME = 2.0
-"""Longest wait for the camera's first words [s]."""
+HELLO_TIME = 1.0
+"""Longest wait for the camera's first words, and for its time [s]."""
 ASKING = 0.25
 """Between two questions for the camera's time [s]."""
 LISTENING = 0.05
@@ -99,6 +99,8 @@ class Feeder:
             for message in self._messages.feed(self._transport.read(left)):
                 if message.kind == Kind.TIME:
                     self._take(message)
+        if self._asked:
+            raise LinkError("camera", "it does not tell its time", "check that this is the camera's port of `twin emulate`")
 
     def _hello(self) -> Hello:
         end = time.monotonic() + HELLO_TIME

@@ -46,13 +46,16 @@ GROUPS = (
     "envs",
 )
 
+PARTS = {"wire": tuple(f"wire.{part}" for part in ("stops", "stamps", "faults", "soak", "slam"))}
+"""Groups that are measured in parts, each of which can be chosen alone."""
+
 
 @dataclass(frozen=True)
 class BenchOptions:
     """Measure groups of figures, all or some; demo makes ten runs; recordings, slam and posegraph need the public data."""
 
     groups: Annotated[Positional[tuple[str, ...]], arg(metavar="GROUP")] = ()
-    """Groups to measure; all when none is given and none read."""
+    """Groups to measure, or parts of one as wire.faults; all when none is given and none read."""
     read: Annotated[tuple[Path, ...], arg(metavar="FILE...")] = ()
     """Take up the rows of other groups from files that --json wrote."""
     smoke: bool = False
@@ -66,17 +69,27 @@ class BenchOptions:
 def main(argv: list[str]) -> int:
     """Run; returns the exit code."""
     options = parse(BenchOptions, argv, "bench")
+    known = (*GROUPS, *(part for parts in PARTS.values() for part in parts))
     for group in options.groups:
-        if group not in GROUPS:
-            raise UsageError(f"no group '{group}'; available: {', '.join(GROUPS)}")
+        if group not in known:
+            raise UsageError(f"no group '{group}'; available: {', '.join(known)}")
     rows = [row for file in options.read for row in _read(file) if row.group not in options.groups]
     _keep(rows, options)
     for group in options.groups or (() if options.read else GROUPS):
-        measured: list[Row] = importlib.import_module(f"scripts.bench.{group}").run(options.smoke)
-        Console(width=150).print(_table(group, measured))
+        for part in PARTS.get(group, (group,)):
+            _measure(part, options, rows)
+    return 0
+
+
+def _measure(part: str, options: BenchOptions, rows: list[Row]) -> None:
+    """Add the rows of a group or a part to `rows`, print and write them; those that are known also when it is broken off."""
+    measured: list[Row] = []
+    try:
+        measured.extend(importlib.import_module(f"scripts.bench.{part}").run(options.smoke))  # row by row, as they are known
+    finally:
+        Console(width=150).print(_table(part, measured))
         rows += measured
         _keep(rows, options)
-    return 0
 
 
 def _keep(rows: list[Row], options: BenchOptions) -> None:

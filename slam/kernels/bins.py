@@ -101,7 +101,7 @@ def connect(places: NDArray[np.int64], turn: int) -> NDArray[np.int64]:
 
 
 @njit
-def _key(i: int, j: int, k: int) -> int:
+def _key(i: int | np.int64, j: int | np.int64, k: int | np.int64) -> int:
     """One number for a bin."""
     return ((i + SIDE) & (2 * SIDE - 1)) << 40 | ((j + SIDE) & (2 * SIDE - 1)) << 16 | k
 

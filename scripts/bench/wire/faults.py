@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import random
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
+from hardware.drivers.errors import DeviceError
 from scripts.bench.row import Row
+from scripts.bench.wire import SMOKE
 from scripts.bench.wire.brick_trial import BrickTrial
+from scripts.bench.wire.camera_trial import CameraTrial
 from scripts.bench.wire.lidar_trial import LidarTrial
 from scripts.bench.wire.trial import Trial
 
+LASTS = 600.0
+"""For so long faults befall each driver [s]."""
 SHORTEST, LONGEST = 0.1, 1.5
 """Of a fault [s]."""
 REST = 0.5
@@ -66,19 +72,35 @@ class Ordeal:
         return self.rng.choice((noise, noise + answer, answer + noise))
 
 
-def rows(seconds: float) -> list[Row]:
-    """Of the brick with stock firmware and with ev3dev, and of the lidar, each for so long [s]."""
-    found: list[Row] = []
-    for trial in (BrickTrial("EV3, TCP"), BrickTrial("ev3dev"), LidarTrial()):
-        with trial:
-            ordeal, end = Ordeal(trial, random.Random(trial.name)), time.monotonic() + seconds
-            while time.monotonic() < end:
-                ordeal.befall()
-        replug = ordeal.worst.pop("unplug")
-        what = f"{trial.name}: {ordeal.count} faults in {seconds / 60.0:.3g} min"
-        found += [
-            Row("wire", f"{what}, wrong readings", trial.wrong, "", "0"),
-            Row("wire", f"{what}, longest time from replug to a reading", replug, "s", "≤ 2"),
-            Row("wire", f"{what}, longest time from the end of another fault", max(ordeal.worst.values()), "s"),
-        ]
-    return found
+def run(smoke: bool) -> Iterator[Row]:
+    """Of the brick with stock firmware and with ev3dev, of the lidar, and of the camera where its vendor's library is."""
+    trials = BrickTrial("EV3, TCP"), BrickTrial("ev3dev"), LidarTrial(), CameraTrial()
+    return run_each(trials, SMOKE if smoke else LASTS)
+
+
+def run_each(trials: Iterable[Trial], seconds: float) -> Iterator[Row]:
+    """Of one driver after the other, each for so long [s]; of one that does not open a row says why."""
+    for trial in trials:
+        try:
+            yield from rows(trial, seconds)
+        except DeviceError as error:
+            yield Row("wire", f"{trial.name}: not measured, {error}", math.nan, "")
+
+
+def rows(trial: Trial, seconds: float) -> list[Row]:
+    """Of one driver, for so long [s].
+
+    Raises:
+        DeviceError: it does not open.
+    """
+    with trial:
+        ordeal, end = Ordeal(trial, random.Random(trial.name)), time.monotonic() + seconds
+        while time.monotonic() < end:
+            ordeal.befall()
+    replug = ordeal.worst.pop("unplug")
+    what = f"{trial.name}: {ordeal.count} faults in {seconds / 60.0:.3g} min"
+    return [
+        Row("wire", f"{what}, wrong readings", trial.wrong, "", "0"),
+        Row("wire", f"{what}, longest time from replug to a reading", replug, "s", "≤ 2"),
+        Row("wire", f"{what}, longest time from the end of another fault", max(ordeal.worst.values()), "s"),
+    ]

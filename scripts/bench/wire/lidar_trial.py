@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,7 +23,7 @@ class LidarTrial(Trial):
 
     def __init__(self) -> None:
         super().__init__("lidar, serial")
-        self._told: dict[bytes, float] = {}
+        self._told: dict[bytes, tuple[float, float]] = {}
         self.stamp_errors: list[float] = []
         """Of the scans so far [s]."""
 
@@ -38,15 +39,15 @@ class LidarTrial(Trial):
     def look(self) -> None:
         """Judge what has come: a scan that is no turn of the lidar's is wrong."""
         for scan in self._inbox.take():
-            true_stamp = self._told.get(scip_sweep.to_millimetres(scan.ranges).tobytes())
-            if true_stamp is None:
+            told = self._told.get(scip_sweep.to_millimetres(scan.ranges).tobytes())
+            if told is None:
                 self.wrong += 1
                 continue
-            self.newest = scan.end
+            true_stamp, self.newest = told
             self.stamp_errors.append(scan.stamp - UG01.first * scan.time_increment - true_stamp)
 
     def _turn(self) -> Turn | None:
         turn = self.twin.next_turn()
         if turn is not None:
-            self._told[turn.ranges_mm.tobytes()] = self.twin.start + turn.stamp
+            self._told[turn.ranges_mm.tobytes()] = self.twin.start + turn.stamp, time.monotonic()
         return turn

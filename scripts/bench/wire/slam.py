@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,13 +9,19 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from scripts.bench.row import Row
+from scripts.bench.wire import SMOKE
 from scripts.bench.wire.stage import emulated
 from scripts.runs.execute import measure
 from scripts.runs.options import RunOptions
 
+TOUR = 60.0
+"""[s]"""
+SEEDS = (1, 2, 3)
 
-def rows(seeds: Sequence[int], duration: float) -> list[Row]:
+
+def run(smoke: bool) -> list[Row]:
     """ATE of `lidar_slam` on the tour of aruco_room."""
+    seeds, duration = (SEEDS[:1], SMOKE) if smoke else (SEEDS, TOUR)
     inside = [RunOptions(robot="kinematic", policy="tour", pipeline="lidar_slam", seed=seed, duration=duration) for seed in seeds]
     direct = float(np.median([_ate_mm(options) for options in inside]))
     wired = float(np.median([_through_the_wire(options) for options in inside]))

@@ -11,9 +11,12 @@ import numpy as np
 from hardware.ev3_robot import Ev3, Ev3Robot
 from hardware.spec import DriveSpec, LidarSpec
 from scripts.bench.row import Row
+from scripts.bench.wire import SMOKE
 from scripts.bench.wire.stage import WORLD, emulated
 from slam.messages import Twist
 
+LASTS = 1800.0
+"""[s]"""
 PERIOD = 1.0 / 30.0
 """Between two commands [s]."""
 CIRCLE = Twist(0.1, 0.5)
@@ -23,8 +26,9 @@ MIB = 1024.0
 """In the units of ru_maxrss, which on Linux are kB."""
 
 
-def rows(seconds: float) -> list[Row]:
-    """Of a drive of so long [s], the devices in a process of their own."""
+def run(smoke: bool) -> list[Row]:
+    """Of a drive of half an hour, the devices in a process of their own."""
+    seconds = SMOKE if smoke else LASTS
     with emulated("--world", WORLD) as devices, Ev3(ev3=devices.brick, lidar=devices.lidar).build() as robot:
         scans, messages, memory = _driven(robot, seconds)
         share = sum(_cpu_times()) / seconds

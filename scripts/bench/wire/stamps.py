@@ -7,7 +7,16 @@ import time
 import numpy as np
 
 from scripts.bench.row import Row
+from scripts.bench.wire import SMOKE
 from scripts.bench.wire.lidar_trial import LidarTrial
+
+LASTS = 60.0
+"""[s]"""
+
+
+def run(smoke: bool) -> list[Row]:
+    """Of every scan in a minute."""
+    return rows(SMOKE if smoke else LASTS)
 
 
 def rows(seconds: float) -> list[Row]:

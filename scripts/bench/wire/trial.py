@@ -18,18 +18,20 @@ class Trial(Openable):
 
     port: Port
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, twin: Kinematic | None = None) -> None:
+        """What it is called, and its twin."""
         self.name = name
+        self._body = twin or Kinematic(world=WORLD, realism=on_the_wire("datasheet"))
         self.wrong = 0
         """Readings that are not true."""
         self.newest = float("-inf")
-        """Time of the newest true reading on the host's clock [s]."""
+        """When the device sent the newest true reading, on the host's clock [s]; a twin that is behind its clock does not count."""
         self._held = ExitStack()
 
     def open(self) -> None:
         """Start all three."""
         with ExitStack() as held:
-            self.twin = held.enter_context(WiredTwin(Kinematic(world=WORLD, realism=on_the_wire("datasheet")), time.monotonic))
+            self.twin = held.enter_context(WiredTwin(self._body, time.monotonic))
             self._connect(held)
             self._held = held.pop_all()
 

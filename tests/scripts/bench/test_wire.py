@@ -6,8 +6,12 @@ import time
 import numpy as np
 import pytest
 
+from hardware.drivers.errors import DeviceError
+from scripts import bench
 from scripts.bench import GROUPS
-from scripts.bench.wire import stamps, stops
+from scripts.bench.row import Row
+from scripts.bench.wire import faults, stamps, stops
+from scripts.bench.wire.camera_trial import CameraTrial
 from scripts.bench.wire.faults import KINDS, Ordeal
 from scripts.bench.wire.lidar_trial import LidarTrial
 from scripts.bench.wire.stage import ANYWHERE
@@ -78,3 +82,50 @@ def test_an_ordeal_knows_every_fault_and_leaves_the_wire_whole(monkeypatch):
     assert not trial.port.silent
     assert set(ordeal.worst) == set(KINDS)
     assert np.all(np.array(list(ordeal.worst.values())) < 5.0)
+
+
+def test_images_that_no_camera_has_taken_are_told_of():
+    pytest.importorskip("pyrealsense2")
+    with CameraTrial() as trial:
+        end = time.monotonic() + 10.0
+        while trial.newest < 0.0 and time.monotonic() < end:
+            trial.look()
+            time.sleep(0.02)
+        assert trial.newest > 0.0
+        assert trial.wrong == 0
+        while trial.wrong == 0 and time.monotonic() < end:
+            trial._told.clear()
+            trial.look()
+            time.sleep(0.02)
+        assert trial.wrong > 0
+
+
+def test_a_driver_that_does_not_open_has_a_row_that_says_why():
+    class Missing(Clockwork):
+        def __enter__(self):
+            raise DeviceError("camera", "the package pyrealsense2 is missing", "pip install it")
+
+        def __exit__(self, *_):
+            pass
+
+    [row] = faults.run_each([Missing()], 1.0)
+    assert "not measured, camera: the package pyrealsense2 is missing" in row.name
+
+
+def test_a_bench_that_is_broken_off_keeps_the_rows_that_are_known(monkeypatch, tmp_path, capsys):
+    def broken_off(smoke):
+        del smoke
+        yield Row("wire", "known before", 1.0, "s")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stops, "run", broken_off)
+    with pytest.raises(KeyboardInterrupt):
+        bench.main(["wire", "--smoke", "--json", str(tmp_path / "rows.json")])
+    assert "known before" in capsys.readouterr().out
+    assert "known before" in (tmp_path / "rows.json").read_text()
+
+
+def test_a_part_is_chosen_alone(monkeypatch, capsys):
+    monkeypatch.setattr(stamps, "run", lambda smoke: [Row("wire", f"stamps, smoke {smoke}", 1.0, "ms")])
+    assert bench.main(["wire.stamps", "--smoke"]) == 0
+    assert "stamps, smoke True" in capsys.readouterr().out
