@@ -32,7 +32,7 @@ def fill(poses: NDArray[np.float64], sizes: Sizes) -> tuple[NDArray[np.int64], N
     for n in range(len(poses)):  # without a branch: several at once
         k = np.floor(poses[n, 2] * per_angle)
         k -= turn * np.floor((k + 0.5) * per_turn)
-        bins[n] = _key(np.int64(np.floor(poses[n, 0] * per_side)), np.int64(np.floor(poses[n, 1] * per_side)), np.int64(k))
+        bins[n] = _key(int(np.floor(poses[n, 0] * per_side)), int(np.floor(poses[n, 1] * per_side)), int(k))
     slots, known = _larger(bins[:0])
     n, count = _number(bins, 0, slots, known, 0)
     while n < len(bins):
@@ -101,7 +101,7 @@ def connect(places: NDArray[np.int64], turn: int) -> NDArray[np.int64]:
 
 
 @njit
-def _key(i: int | np.int64, j: int | np.int64, k: int | np.int64) -> int:
+def _key(i: int, j: int, k: int) -> int:
     """One number for a bin."""
     return ((i + SIDE) & (2 * SIDE - 1)) << 40 | ((j + SIDE) & (2 * SIDE - 1)) << 16 | k
 
