@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -101,9 +102,11 @@ def main(argv: list[str]) -> int:
         UsageError, UnknownNameError, SplitError, OutputError: with one line that says what to do.
     """
     options = parse(ExploreOptions, argv, "experiment explore")
-    found = explorations(options)
-    if options.json is not None:
-        write_text(options.json, json.dumps([dataclasses.asdict(one) for one in found], indent=1) + "\n")
+    found: list[Exploration] = []
+    for one in explorations(options):
+        found.append(one)
+        if options.json is not None:  # after every map: hours may be broken off
+            write_text(options.json, json.dumps([dataclasses.asdict(one) for one in found], indent=1) + "\n")
     console = Console(width=170)
     console.print(summary(found))
     for one in found:
@@ -116,14 +119,14 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def explorations(options: ExploreOptions) -> list[Exploration]:
-    """Every map explored once, in the order of the maps whoever explores them.
+def explorations(options: ExploreOptions) -> Iterator[Exploration]:
+    """Every map explored once, each as soon as it is known, in the order of the maps whoever explores them.
 
     Raises:
         UsageError, UnknownNameError, SplitError: an option cannot be.
     """
     trials = _trials(options)
-    return list(track(spread(explore, trials, options.processes), "maps", total=len(trials), console=Console(stderr=True)))
+    return iter(track(spread(explore, trials, options.processes), "maps", total=len(trials), console=Console(stderr=True)))
 
 
 def explore(trial: RunOptions) -> Exploration:
