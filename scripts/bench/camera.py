@@ -44,7 +44,7 @@ def run(smoke: bool) -> list[Row]:
         *_corner_rows(bench, 4 if smoke else 100),
         *(_depth_row(distance) for distance in DISTANCES),
         *_parity_rows(bench, views[: 1 if smoke else 6]),
-        Row("camera", "whole twin with RGB-D at 15 Hz, two threads", _real_time_factor(2.0 if smoke else 20.0), "x", ">= 1.5"),
+        Row("camera", "whole twin with RGB-D at 15 Hz, two threads", _real_time_factor(2.0 if smoke else 20.0), "x", "≥ 1.5"),
     ]
 
 
@@ -99,12 +99,12 @@ def _speed_rows(bench: _Bench, views: list[Views], rounds: int) -> list[Row]:
             f"colour {SIZE}, clean, filtered, a second of one core",
             clean,
             "images/s",
-            ">= 60; ratio >= 6",
+            "≥ 60; ratio ≥ 6",
             PEER,
             peer,
             clean / peer,
         ),
-        Row("camera", full_name, 2.0 * full, "images/s", ">= 40"),
+        Row("camera", full_name, 2.0 * full, "images/s", "≥ 40"),
     ]
 
 
@@ -137,8 +137,8 @@ def _corner_rows(bench: _Bench, count: int) -> list[Row]:
     outward = "corners from lines fitted to marker edges, 0.5 to 3 m, up to 65 deg"
     bias = float(np.abs(errors.mean(axis=(0, 1))).max())
     return [
-        Row("camera", f"{outward}: RMS of {len(errors)} markers", float(np.sqrt(np.mean(errors**2))), "px", "<= 0.05"),
-        Row("camera", f"{outward}: bias", bias, "px", "<= 0.01"),
+        Row("camera", f"{outward}: RMS of {len(errors)} markers", float(np.sqrt(np.mean(errors**2))), "px", "≤ 0.05"),
+        Row("camera", f"{outward}: bias", bias, "px", "≤ 0.01"),
     ]
 
 
@@ -188,8 +188,8 @@ def _empty(world: World) -> tuple[Scenery, Painter, RobotSpec]:
 def _parity_rows(bench: _Bench, views: list[Views]) -> list[Row]:
     near, colours = zip(*((_depth_parity(bench, view), _psnr(bench, view)) for view in views), strict=True)
     return [
-        Row("camera", "depth against Embree, off edges within 1 mm", 100.0 * min(near), "%", ">= 99.5", "Embree"),
-        Row("camera", "colours against TinyRenderer, the worst view", min(colours), "dB", ">= 25", PEER),
+        Row("camera", "depth against Embree, off edges within 1 mm", 100.0 * min(near), "%", "≥ 99.5", "Embree"),
+        Row("camera", "colours against TinyRenderer, the worst view", min(colours), "dB", "≥ 25", PEER),
     ]
 
 

@@ -115,7 +115,7 @@ def _success_rows(count: int) -> list[Row]:
     for world in WORLDS:
         rights = [_right(pair, search, matcher) for pair in _pairs(world, count)]
         name = f"`correlative` + `gauss_newton` from a zero guess, `{world}`, {len(rights)} pairs"
-        rows.append(Row(GROUP, name, 100.0 * float(np.mean(rights)), "%", ">= 99", "PL-ICP, published, on Intel", 66.0))
+        rows.append(Row(GROUP, name, 100.0 * float(np.mean(rights)), "%", "≥ 99", "PL-ICP, published, on Intel", 66.0))
     return rows
 
 
@@ -158,7 +158,7 @@ def _speed_rows(count: int) -> list[Row]:
                 name,
                 1e3 * ours,
                 "ms",
-                f"<= {asked:g}",
+                f"≤ {asked:g}",
                 "karto-scanmatcher; ratio with our tables",
                 1e3 * peer,
                 peer / (ours + built),

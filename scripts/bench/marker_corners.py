@@ -27,7 +27,7 @@ WORLD = "aruco_room"
 LARGE = 30.0
 """Mean side of the markers whose corners are judged [px]."""
 PEERS: tuple[CornerMethod, ...] = ("subpix", "apriltag")
-SIZES = {(640, 480): "<= 3", (848, 480): "<= 4", (1280, 720): "<= 6"}
+SIZES = {(640, 480): "≤ 3", (848, 480): "≤ 4", (1280, 720): "≤ 6"}
 """Of images [px], and what is asked of the time [ms]."""
 NEAR = 2.0
 """[m]"""
@@ -80,16 +80,16 @@ class Shots:
 def _clean_rows(shots: Shots) -> list[Row]:
     errors = shots.errors(Markers().build())
     name = f"corner RMS, no errors of the camera, driving, {len(errors)} markers of {LARGE:g} px and more"
-    return [Row("markers", name, _rms(errors), "px", "<= 0.05")]
+    return [Row("markers", name, _rms(errors), "px", "≤ 0.05")]
 
 
 def _corner_rows(shots: Shots) -> list[Row]:
     errors = shots.errors(Markers().build())
     rms, name = _rms(errors), f"corner RMS, data sheet's errors, driving, {len(errors)} markers of {LARGE:g} px and more"
-    rows = [Row("markers", "corner bias", float(np.abs(errors.mean(axis=(0, 1))).max()), "px", "<= 0.01")]
+    rows = [Row("markers", "corner bias", float(np.abs(errors.mean(axis=(0, 1))).max()), "px", "≤ 0.01")]
     for method in PEERS:
         peer = _rms(shots.errors(Markers(corners=method).build()))
-        rows.append(Row("markers", name, rms, "px", "<= 0.12", f"OpenCV {method}", peer, peer / rms))
+        rows.append(Row("markers", name, rms, "px", "≤ 0.12", f"OpenCV {method}", peer, peer / rms))
     return rows
 
 
@@ -112,7 +112,7 @@ def _speed_rows(shots: Shots, most: int, reach: str) -> list[Row]:
     name = f"detect, fit and both poses, {size}, {np.mean(count or [0]):.1f} markers, one core"
     return [
         Row("markers", name, 1e3 * float(np.median(whole[1:] or [np.nan])), "ms", reach),
-        Row("markers", f"line fit of one marker, {size}", 1e6 * float(np.median(fit[1:] or [np.nan])), "us", "<= 80"),
+        Row("markers", f"line fit of one marker, {size}", 1e6 * float(np.median(fit[1:] or [np.nan])), "µs", "≤ 80"),
     ]
 
 
@@ -128,7 +128,7 @@ def _lone_rows(shots: Shots) -> list[Row]:
                 found = room.locate([sighting], Prior(pose.as_array(), UNKNOWN)).T_map_base
                 errors.append(float(np.hypot(found.x - pose.x, found.y - pose.y)))
     middle = 1e3 * float(np.median(errors or [np.nan]))
-    return [Row("markers", f"one marker within {NEAR:g} m alone, {len(errors)} times: position, median", middle, "mm", "<= 7")]
+    return [Row("markers", f"one marker within {NEAR:g} m alone, {len(errors)} times: position, median", middle, "mm", "≤ 7")]
 
 
 def _rms(values: FloatArray) -> float:

@@ -54,7 +54,7 @@ def _calibration_row(folder: Path) -> Row:
     views = [view for name in PHOTOGRAPHS[:4] if (view := finder.find(np.asarray(cv2.imread(str(folder / name), cv2.IMREAD_GRAYSCALE))))]
     rms = calibrate(CHARUCO, views, SIZE).rms
     return Row(
-        "markers", "calibration by four ChArUco photographs, RMS", rms, "px", "<= 0.3", "OpenCV's own (published)", 0.182, 0.182 / rms
+        "markers", "calibration by four ChArUco photographs, RMS", rms, "px", "≤ 0.3", "OpenCV's own (published)", 0.182, 0.182 / rms
     )
 
 
@@ -66,8 +66,8 @@ def _board_rows(folder: Path) -> list[Row]:
     off = np.array([_off_from_opencv(target, folder / name, read_camera_info(folder / camera, SIZE)) for target, name, camera in shown])
     name = f"boards on {len(off)} photographs, farthest from solvePnP's pose by the same corners"
     return [
-        Row("markers", f"{name}, position", 1e3 * float(off[:, 0].max()), "mm", "<= 2"),
-        Row("markers", f"{name}, rotation", float(np.degrees(off[:, 1].max())), "deg", "<= 0.2"),
+        Row("markers", f"{name}, position", 1e3 * float(off[:, 0].max()), "mm", "≤ 2"),
+        Row("markers", f"{name}, rotation", float(np.degrees(off[:, 1].max())), "deg", "≤ 0.2"),
     ]
 
 

@@ -84,13 +84,13 @@ def _seed_rows(found: list[Mapped]) -> list[Row]:
     best, chain = statistics.median(m.rms for m in found), statistics.median(m.chain for m in found)
     what = f"marker map, {len(found)} seeds"
     return [
-        Row("markers", f"{what}: RMS, median", 1e3 * best, "mm", "<= 2", "chain", 1e3 * chain, chain / best),
-        Row("markers", f"{what}: worst marker, median", 1e3 * statistics.median(m.worst for m in found), "mm", "<= 6"),
+        Row("markers", f"{what}: RMS, median", 1e3 * best, "mm", "≤ 2", "chain", 1e3 * chain, chain / best),
+        Row("markers", f"{what}: worst marker, median", 1e3 * statistics.median(m.worst for m in found), "mm", "≤ 6"),
         Row("markers", f"{what}: worst marker of all", 1e3 * max(m.worst for m in found), "mm"),
-        Row("markers", f"{what}: rotation, median", float(np.degrees(statistics.median(m.rotation for m in found))), "deg", "<= 0.15"),
+        Row("markers", f"{what}: rotation, median", float(np.degrees(statistics.median(m.rotation for m in found))), "deg", "≤ 0.15"),
         Row("markers", f"{what}: flipped markers", sum(m.flipped for m in found), "", "0"),
         Row("markers", f"{what}: false alarms", sum(m.alarms for m in found), "", "0"),
-        Row("markers", f"{what}: frames with a wrong branch", 100.0 * statistics.mean(m.wrong for m in found), "%", "<= 0.01"),
+        Row("markers", f"{what}: frames with a wrong branch", 100.0 * statistics.mean(m.wrong for m in found), "%", "≤ 0.01"),
     ]
 
 
@@ -110,7 +110,7 @@ def darkened(frame: SensorFrame) -> SensorFrame:
 
 def _blur_rows(seconds: float) -> list[Row]:
     off, _ = map_errors(_map_of(Lap.driven(WORLD, (seconds, 4), keep=streaked)), true_map(WORLD))
-    return [Row("markers", f"motion blur of {STREAK} px, marker map, RMS", 1e3 * _rms(off), "mm", "<= 6")]
+    return [Row("markers", f"motion blur of {STREAK} px, marker map, RMS", 1e3 * _rms(off), "mm", "≤ 6")]
 
 
 def _dark_rows(seconds: float) -> list[Row]:
@@ -145,9 +145,9 @@ def _liar_rows(poses: int) -> list[Row]:
     moved, alarm = driven(scene, [*path, *path], [*seen, *(scene.sightings(pose, rng, after) for pose in path)], marker, len(path))
     p95, worst = 1e3 * float(np.percentile(off, 95)), 1e3 * float(np.percentile(map_errors(moved.map("d"), after)[0], 95))
     return [
-        Row("markers", f"{100 * WRONG_IDS:.0f} % wrong ids: marker map, p95", p95, "mm", "<= 5"),
-        Row("markers", "a marker that moves: marker map, p95", worst, "mm", "<= 5"),
-        Row("markers", "a marker that moves: frames that show it until the alarm", alarm, "", "<= 5"),
+        Row("markers", f"{100 * WRONG_IDS:.0f} % wrong ids: marker map, p95", p95, "mm", "≤ 5"),
+        Row("markers", "a marker that moves: marker map, p95", worst, "mm", "≤ 5"),
+        Row("markers", "a marker that moves: frames that show it until the alarm", alarm, "", "≤ 5"),
     ]
 
 

@@ -52,16 +52,16 @@ def _map_rows(lap: Lap, found: MarkerMap) -> list[Row]:
             name,
             1e3 * best,
             "mm",
-            "<= 2",
+            "≤ 2",
             "chain",
             1e3 * worst,
             worst / best,
         ),
-        Row("markers", "marker map, worst", 1e3 * float(off.max()), "mm", "<= 6"),
-        Row("markers", "marker map, rotation, median", float(np.degrees(np.median(turned))), "deg", "<= 0.15"),
+        Row("markers", "marker map, worst", 1e3 * float(off.max()), "mm", "≤ 6"),
+        Row("markers", "marker map, rotation, median", float(np.degrees(np.median(turned))), "deg", "≤ 0.15"),
         Row("markers", "marker map, flipped", float((turned > 0.2).sum()), "", "0"),
-        Row("markers", "position while mapping, RMS", 1e3 * _rms(errors.translation), "mm", "<= 3"),
-        Row("markers", "heading while mapping, RMS", float(np.degrees(_rms(errors.heading))), "deg", "<= 0.1"),
+        Row("markers", "position while mapping, RMS", 1e3 * _rms(errors.translation), "mm", "≤ 3"),
+        Row("markers", "heading while mapping, RMS", float(np.degrees(_rms(errors.heading))), "deg", "≤ 0.1"),
     ]
 
 
@@ -69,8 +69,8 @@ def _place_rows(mapping: Lap, own: MarkerMap, length: tuple[float, bool]) -> lis
     (seconds, smoke), rows = length, list[Row]()
     T_world_own = aligned_errors(mapping.truth, mapping.estimate).T_truth_estimate
     for name, given, place, reach in (
-        ("the true map", true_map(WORLD), SE2(), ("<= 1", "<= 3")),
-        ("its own map of another run", own, T_world_own, ("<= 2", "<= 5")),
+        ("the true map", true_map(WORLD), SE2(), ("≤ 1", "≤ 3")),
+        ("its own map of another run", own, T_world_own, ("≤ 2", "≤ 5")),
     ):
         lap = Lap.driven(WORLD, (seconds, 3), given)
         seen = np.array(lap.markers) >= 5
@@ -90,8 +90,8 @@ def _sparse_rows(seconds: float) -> list[Row]:
     errors = aligned_errors(lap.truth, lap.estimate).errors.translation
     steps = np.diff(lap.estimate.poses[:, :2], axis=0) - np.diff(lap.truth.poses[:, :2], axis=0)
     return [
-        Row("markers", "sparse room, markers every 1.5 m, position while mapping, RMS", 1e3 * _rms(errors), "mm", "<= 20"),
-        Row("markers", "sparse room, farthest jump", 1e3 * float(np.hypot(*steps.T).max()), "mm", "<= 30"),
+        Row("markers", "sparse room, markers every 1.5 m, position while mapping, RMS", 1e3 * _rms(errors), "mm", "≤ 20"),
+        Row("markers", "sparse room, farthest jump", 1e3 * float(np.hypot(*steps.T).max()), "mm", "≤ 30"),
     ]
 
 
@@ -111,8 +111,8 @@ def _keyframe_rows(count: int) -> list[Row]:
     graph.batch(30)
     name = f"keyframe update, the second half of {count} keyframes x 40 markers"
     return [
-        Row("markers", f"{name}, median", float(np.median(late)), "ms", "<= 2"),
-        Row("markers", f"{name}, p95", float(np.percentile(late, 95)), "ms", "<= 10"),
+        Row("markers", f"{name}, median", float(np.median(late)), "ms", "≤ 2"),
+        Row("markers", f"{name}, p95", float(np.percentile(late, 95)), "ms", "≤ 10"),
         Row("markers", f"{name}, longest (a batch)", float(late.max()), "ms"),
         Row("markers", f"last batch of {count} keyframes", time.thread_time() - began, "s"),
     ]

@@ -98,8 +98,8 @@ def run(smoke: bool) -> list[Row]:
     times = np.median([picture.times for picture in seen], axis=0).tolist()
     peer = "OpenCV detectMultiScale"
     return [
-        Row("people", f"{bodies} whole bodies standing or walking at 4 to 6 m, recall", recall[0], "%", ">= 90", peer, recall[1]),
-        Row("people", f"false alarms in 20 of {len(rooms)} pictures of empty rooms", alarms[0], "", "<= 1", peer, alarms[1]),
+        Row("people", f"{bodies} whole bodies standing or walking at 4 to 6 m, recall", recall[0], "%", "≥ 90", peer, recall[1]),
+        Row("people", f"false alarms in 20 of {len(rooms)} pictures of empty rooms", alarms[0], "", "≤ 1", peer, alarms[1]),
         Row("people", f"{len(pillars)} pictures of pillars, detections", thin[0], "", "0", peer, thin[1]),
         Row("people", "a picture of three people", times[0], "ms", "", peer, times[1]),
     ]

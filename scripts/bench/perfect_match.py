@@ -48,13 +48,13 @@ def _corridor_rows(duration: float) -> list[Row]:
         settings.match(table, points, guess.as_array()[None], guess, (NEAR, NEAR))
         times.append(1e3 * (time.thread_time() - began))
     return [
-        Row(GROUP, "corridor, matching of one scan, median", float(np.median(times)), "ms CPU", "<= 0.5"),
+        Row(GROUP, "corridor, matching of one scan, median", float(np.median(times)), "ms CPU", "≤ 0.5"),
         Row(
             GROUP,
             "corridor, whole update, median",
             ours,
             "ms CPU",
-            "<= 0.5 of peer",
+            "≤ 0.5 of peer",
             "amcl, 2000 particles, same beams",
             theirs,
             theirs / ours,

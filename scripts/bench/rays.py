@@ -55,12 +55,12 @@ def _speed_rows(rounds: int) -> list[Row]:
             "simulated lidar, 682 beams with distortion and noise",
             scans,
             "scans/s",
-            ">= 5000; ratio >= 8",
+            "≥ 5000; ratio ≥ 8",
             PEER,
             peer,
             scans / peer,
         ),
-        Row("rays", f"the same in {CROWD}", crowded, "scans/s", ">= 3000", PEER, peer, crowded / peer),
+        Row("rays", f"the same in {CROWD}", crowded, "scans/s", "≥ 3000", PEER, peer, crowded / peer),
         Row("rays", "embree alone", embree * rays, "rays/s", "", PEER, peer * rays, embree / peer),
     ]
 
@@ -93,8 +93,8 @@ def _parity_rows(sweeps: int) -> list[Row]:
     world = load_world("aruco_room")
     flat, curved = flat_parity(world, sweeps), round_parity(world, sweeps)
     return [
-        Row("rays", "parity on boxes and planes, within 1 mm", 100.0 * flat.share_within(0.001), "%", ">= 99.5"),
+        Row("rays", "parity on boxes and planes, within 1 mm", 100.0 * flat.share_within(0.001), "%", "≥ 99.5"),
         Row("rays", "parity on boxes and planes, the rest within one beam of an edge", 100.0 * flat.rest_beside_edges(0.001), "%", "100"),
-        Row("rays", "parity on cylinders, within 5 mm", 100.0 * curved.share_within(0.005), "%", ">= 99"),
+        Row("rays", "parity on cylinders, within 5 mm", 100.0 * curved.share_within(0.005), "%", "≥ 99"),
         Row("rays", "parity on cylinders, the rest within one beam of an edge", 100.0 * curved.rest_beside_edges(0.005), "%", "100"),
     ]

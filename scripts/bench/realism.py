@@ -47,9 +47,9 @@ def run(smoke: bool) -> list[Row]:
     worst = min(noise_fit(distance, 5 if smoke else 200) for distance in RANGES)
     before, after = smears(1.2 if smoke else 6.0)
     return [
-        Row(GROUP, f"range noise at {len(RANGES)} ranges against its model, least p of chi-square", worst, "", ">= 0.001"),
+        Row(GROUP, f"range noise at {len(RANGES)} ranges against its model, least p of chi-square", worst, "", "≥ 0.001"),
         Row(GROUP, "lidar smear at 1 rad/s before deskew", math.degrees(before), "deg", "3.8 ± 0.3"),
-        Row(GROUP, "lidar smear at 1 rad/s after deskew", abs(math.degrees(after)), "deg", "<= 0.2"),
+        Row(GROUP, "lidar smear at 1 rad/s after deskew", abs(math.degrees(after)), "deg", "≤ 0.2"),
     ]
 
 

@@ -37,15 +37,15 @@ def run(smoke: bool) -> list[Row]:
     """Rows of the twin in the aruco_room: 500 Hz physics, lidar 10 Hz, gyro 100 Hz, odometry 50 Hz, and with RGB-D 15 Hz."""
     duration, rounds, resets = (3.0, 1, 20) if smoke else (60.0, 5, 200)
     return [
-        Row("twin", "lidar, gyro and odometry, 500 Hz physics, real time", _real_time_factor(Sim(), duration, rounds), "x", ">= 15"),
+        Row("twin", "lidar, gyro and odometry, 500 Hz physics, real time", _real_time_factor(Sim(), duration, rounds), "x", "≥ 15"),
         Row(
             "twin",
             "the same with RGB-D 848 x 480 at 15 Hz, two threads, real time",
             _real_time_factor(Sim(camera="raster"), duration / 3.0, min(rounds, 3)),
             "x",
-            ">= 1.5",
+            "≥ 1.5",
         ),
-        Row("twin", f"memory growth over {resets} resets", _reset_growth_mb(resets), "MB", "<= 10"),
+        Row("twin", f"memory growth over {resets} resets", _reset_growth_mb(resets), "MB", "≤ 10"),
         *_repetition_rows(duration),
     ]
 
