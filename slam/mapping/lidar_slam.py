@@ -193,7 +193,8 @@ class LidarSlamPipeline:
                 self._frozen = None
             inside = s.region.covers(self.submaps[found.submap], found.T_submap_base, 0.5 * s.region.overlap)
             left = not s.region.covers(self._chain.here, pose)
-            if inside and found.known > s.entry_known and (found.submap < self._chain.current or left):
+            older_or_left = found.submap < self._chain.current or left
+            if inside and older_or_left and found.known > s.entry_known and (not s.mapping or self._closer.believes(found, here)):
                 self._chain.enter(found.submap)
                 self._rebase(found.T_submap_base @ pose.inverse())
                 return found.T_submap_base

@@ -106,10 +106,7 @@ class LoopCloser:
             return True
         T_map_current = self._submaps[found.submap].T_map_submap @ found.T_submap_base @ here.T_current_base.inverse()
         before, self._sighting = self._sighting, _Sighting(here.current, T_map_current)
-        if before is None or before.current != here.current:
-            return False
-        change = before.T_map_current.inverse() @ T_map_current
-        return math.hypot(change.x, change.y) < self._settings.agreement and abs(change.yaw) < 0.3 * self._settings.agreement
+        return before is not None and before.current == here.current and self._agree(before.T_map_current, T_map_current)
 
     def close(self, found: Recognition, here: Here) -> None:
         """Tie the two submaps and settle the graph; one link between two is enough."""
@@ -121,6 +118,15 @@ class LoopCloser:
         T_other_current = found.T_submap_base @ T_base_current
         self._submaps.tie(Link(found.submap, here.current, T_other_current, covariance, closure=True, seen=self._seen(found, here)))
         self._submaps.settle()
+
+    def believes(self, found: Recognition, here: Here) -> bool:
+        """Whether the graph, which may have left the link out, has the robot there too."""
+        T_map_base = self._submaps[here.current].T_map_submap @ here.T_current_base
+        return self._agree(self._submaps[found.submap].T_map_submap.inverse() @ T_map_base, found.T_submap_base)
+
+    def _agree(self, T_a_b: SE2, other: SE2) -> bool:
+        change = T_a_b.inverse() @ other
+        return math.hypot(change.x, change.y) < self._settings.agreement and abs(change.yaw) < 0.3 * self._settings.agreement
 
     def _seen(self, found: Recognition, here: Here) -> Closure | None:
         kept = self._submaps[found.submap].keyframes

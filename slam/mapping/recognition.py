@@ -41,7 +41,8 @@ class LoopClosing:
     ambiguity_max: float = 0.9
     """Largest score of another place, against the best one's."""
     agreement: float = 0.15
-    """Two recognitions of a submap in a row must place it so near [m]; 0.3 of it in the heading [rad]."""
+    """Two recognitions of a submap in a row must place it so near, and the graph a robot that goes over into it [m]; 0.3 of it in the
+    heading [rad]."""
     searches: int = 2
     """Most submaps searched in one attempt."""
     gate: float = 16.27
