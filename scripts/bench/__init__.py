@@ -126,7 +126,7 @@ def _markdown(rows: list[Row]) -> str:
         "# Results",
         "",
         "Written by `twin bench --markdown docs/results.md`, each table by the command above it. Peers ran in the same process run, "
-        "but for those whose figures were published.",
+        "but for those whose figures were published. How explorers compare is [a table of its own](explorers.md).",
     ]
     for command, group in itertools.groupby(rows, key=lambda row: row.command):
         lines += [
