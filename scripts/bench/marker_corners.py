@@ -12,6 +12,7 @@ from hardware.camera_spec import d435
 from hardware.spec import RobotSpec
 from scripts.bench.marker_scenes import true_map
 from scripts.bench.row import Row
+from scripts.experiments.arena import rmse
 from scripts.experiments.drive import Course
 from sim.ground_truth import ground_truth
 from slam.kernels.corner_fit import fit_corners
@@ -80,15 +81,15 @@ class Shots:
 def _clean_rows(shots: Shots) -> list[Row]:
     errors = shots.errors(Markers().build())
     name = f"corner RMS, no errors of the camera, driving, {len(errors)} markers of {LARGE:g} px and more"
-    return [Row("markers", name, _rms(errors), "px", "≤ 0.05")]
+    return [Row("markers", name, rmse(errors), "px", "≤ 0.05")]
 
 
 def _corner_rows(shots: Shots) -> list[Row]:
     errors = shots.errors(Markers().build())
-    rms, name = _rms(errors), f"corner RMS, data sheet's errors, driving, {len(errors)} markers of {LARGE:g} px and more"
+    rms, name = rmse(errors), f"corner RMS, data sheet's errors, driving, {len(errors)} markers of {LARGE:g} px and more"
     rows = [Row("markers", "corner bias", float(np.abs(errors.mean(axis=(0, 1))).max()), "px", "≤ 0.01")]
     for method in PEERS:
-        peer = _rms(shots.errors(Markers(corners=method).build()))
+        peer = rmse(shots.errors(Markers(corners=method).build()))
         rows.append(Row("markers", name, rms, "px", "≤ 0.12", f"OpenCV {method}", peer, peer / rms))
     return rows
 
@@ -129,7 +130,3 @@ def _lone_rows(shots: Shots) -> list[Row]:
                 errors.append(float(np.hypot(found.x - pose.x, found.y - pose.y)))
     middle = 1e3 * float(np.median(errors or [np.nan]))
     return [Row("markers", f"one marker within {NEAR:g} m alone, {len(errors)} times: position, median", middle, "mm", "≤ 7")]
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else float("nan")

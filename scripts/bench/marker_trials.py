@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import statistics
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ import numpy as np
 from scripts.bench.marker_lap import Lap
 from scripts.bench.marker_scenes import MOUNT, MarkerScene, map_errors, true_map
 from scripts.bench.row import Row
+from scripts.experiments.arena import rmse
 from scripts.processes import spread
 from slam.landmarks.marker_bundle import Prior
 from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings
@@ -76,8 +78,8 @@ def mapped(mapping: Mapping) -> Mapped:
     lap, true = Lap.driven(WORLD, (mapping.seconds, mapping.seed)), true_map(WORLD)
     off, turned = map_errors(_map_of(lap), true)
     alarms = len(lap.pipeline.graph.alarms) if lap.pipeline.graph else 0
-    chain = _rms(map_errors(lap.chain.map("chain"), true)[0])
-    return Mapped(_rms(off), float(off.max()), float(np.median(turned)), int((turned > 0.2).sum()), chain, lap.wrong(), alarms)
+    chain = rmse(map_errors(lap.chain.map("chain"), true)[0])
+    return Mapped(rmse(off), float(off.max()), float(np.median(turned)), int((turned > 0.2).sum()), chain, lap.wrong(), alarms)
 
 
 def _seed_rows(found: list[Mapped]) -> list[Row]:
@@ -110,7 +112,7 @@ def darkened(frame: SensorFrame) -> SensorFrame:
 
 def _blur_rows(seconds: float) -> list[Row]:
     off, _ = map_errors(_map_of(Lap.driven(WORLD, (seconds, 4), keep=streaked)), true_map(WORLD))
-    return [Row("markers", f"motion blur of {STREAK} px, marker map, RMS", 1e3 * _rms(off), "mm", "≤ 6")]
+    return [Row("markers", f"motion blur of {STREAK} px, marker map, RMS", 1e3 * rmse(off), "mm", "≤ 6")]
 
 
 def _dark_rows(seconds: float) -> list[Row]:
@@ -153,8 +155,11 @@ def _liar_rows(poses: int) -> list[Row]:
 
 def driven(
     scene: MarkerScene, path: list[SE2], seen: list[list[Sighting]], watched: MappedMarker | None = None, since: int = 0
-) -> tuple[MarkerGraph, int]:
-    """The loop of `visual_slam`, every image a keyframe; and how many frames from `since` on show a marker until an alarm names it."""
+) -> tuple[MarkerGraph, float]:
+    """The loop of `visual_slam`, every image a keyframe; and how many frames from `since` on show a marker until an alarm names it.
+
+    It is nan if none does.
+    """
     graph, noise, shown, alarm = MarkerGraph(MarkerGraphSettings(), MOUNT, MotionNoise()), MotionNoise(), 0, 0
     pose, covariance = path[0], np.eye(3) * 1e-10
     steps = [SE2(), *scene.steps(path, np.random.default_rng(3))]
@@ -168,7 +173,7 @@ def driven(
             shown += any(s.id == watched.id for s in frame)
             alarm = shown if watched.id in graph.alarms else 0
     graph.batch(30)
-    return graph, alarm
+    return graph, alarm or math.nan
 
 
 def _located(graph: MarkerGraph, sightings: list[Sighting], pose: SE2, covariance: FloatArray) -> tuple[SE2, FloatArray, list[Sighting]]:
@@ -188,7 +193,3 @@ def _mistaken(sighting: Sighting, count: int, rng: np.random.Generator) -> Sight
 
 def _map_of(lap: Lap) -> MarkerMap:
     return lap.pipeline.marker_map() or MarkerMap.of((), "none")
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else float("nan")

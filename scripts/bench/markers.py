@@ -13,11 +13,12 @@ from scripts.bench.marker_photographs import photograph_rows
 from scripts.bench.marker_scenes import MOUNT, MarkerScene, map_errors, true_map
 from scripts.bench.marker_trials import trial_rows
 from scripts.bench.row import Row
+from scripts.experiments.arena import rmse
 from scripts.runs.metrics import aligned_errors
 from slam.landmarks.marker_graph import MarkerGraph, MarkerGraphSettings
 from slam.landmarks.marker_map import MarkerMap
 from slam.motion.motion_noise import MotionNoise
-from slam.se2 import SE2, FloatArray
+from slam.se2 import SE2
 
 WORLD, SPARSE = "aruco_room", "aruco_room:spacing=1.5"
 
@@ -45,7 +46,7 @@ def _map_rows(lap: Lap, found: MarkerMap) -> list[Row]:
     off, turned = map_errors(found, true)
     chained, _ = map_errors(lap.chain.map("chain"), true)
     errors = aligned_errors(lap.truth, lap.estimate).errors
-    best, worst, name = _rms(off), _rms(chained), f"marker map after 60 s, RMS of {len(off)} markers"
+    best, worst, name = rmse(off), rmse(chained), f"marker map after 60 s, RMS of {len(off)} markers"
     return [
         Row(
             "markers",
@@ -60,8 +61,8 @@ def _map_rows(lap: Lap, found: MarkerMap) -> list[Row]:
         Row("markers", "marker map, worst", 1e3 * float(off.max()), "mm", "≤ 6"),
         Row("markers", "marker map, rotation, median", float(np.degrees(np.median(turned))), "deg", "≤ 0.15"),
         Row("markers", "marker map, flipped", float((turned > 0.2).sum()), "", "0"),
-        Row("markers", "position while mapping, RMS", 1e3 * _rms(errors.translation), "mm", "≤ 3"),
-        Row("markers", "heading while mapping, RMS", float(np.degrees(_rms(errors.heading))), "deg", "≤ 0.1"),
+        Row("markers", "position while mapping, RMS", 1e3 * rmse(errors.translation), "mm", "≤ 3"),
+        Row("markers", "heading while mapping, RMS", float(np.degrees(rmse(errors.heading))), "deg", "≤ 0.1"),
     ]
 
 
@@ -90,7 +91,7 @@ def _sparse_rows(seconds: float) -> list[Row]:
     errors = aligned_errors(lap.truth, lap.estimate).errors.translation
     steps = np.diff(lap.estimate.poses[:, :2], axis=0) - np.diff(lap.truth.poses[:, :2], axis=0)
     return [
-        Row("markers", "sparse room, markers every 1.5 m, position while mapping, RMS", 1e3 * _rms(errors), "mm", "≤ 20"),
+        Row("markers", "sparse room, markers every 1.5 m, position while mapping, RMS", 1e3 * rmse(errors), "mm", "≤ 20"),
         Row("markers", "sparse room, farthest jump", 1e3 * float(np.hypot(*steps.T).max()), "mm", "≤ 30"),
     ]
 
@@ -116,7 +117,3 @@ def _keyframe_rows(count: int) -> list[Row]:
         Row("markers", f"{name}, longest (a batch)", float(late.max()), "ms"),
         Row("markers", f"last batch of {count} keyframes", time.thread_time() - began, "s"),
     ]
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else float("nan")

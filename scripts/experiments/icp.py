@@ -14,6 +14,7 @@ from rich.table import Table
 from tyro.conf import arg
 
 from scripts.errors import UsageError
+from scripts.experiments.arena import rmse
 from scripts.experiments.drive import Course, Drive
 from scripts.options import OptionalFile, parse
 from scripts.runs.files import write_text
@@ -132,18 +133,14 @@ def _outcome(course: Drive, name: str, guess: str, matches: list[Match], millise
     return Outcome(
         name,
         guess,
-        1e3 * _rms(step.translation),
-        math.degrees(_rms(step.heading)),
-        100.0 * _rms(leg.translation) / LEG,
-        math.degrees(_rms(leg.heading)),
+        1e3 * rmse(step.translation),
+        math.degrees(rmse(step.heading)),
+        100.0 * rmse(leg.translation) / LEG,
+        math.degrees(rmse(leg.heading)),
         float(np.mean([match.converged for match in matches])),
         float(np.median([match.iterations for match in matches])),
         milliseconds,
     )
-
-
-def _rms(errors: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))
 
 
 def _table(world: str, outcomes: list[Outcome]) -> Table:
