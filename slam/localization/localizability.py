@@ -43,8 +43,10 @@ Fusion = Literal["weighted", "eq14"]
 
 FEWEST = 5.0
 """Beams on what the map knows below which a scan says too little."""
-HALVINGS = 12
-"""Steps to the power of the weights."""
+LEAST_POWER = 2.0**-24
+"""Of the weights: equal weights, but for places that differ by thousands of beams."""
+HALVINGS = 10
+"""Of the octaves between that and 1, in search of the weights' power."""
 CAMERA_PATIENCE = 1.0
 """Silence of a camera that is named [s]."""
 BLIND = "people are told from walls by the map alone"
@@ -54,14 +56,14 @@ BLIND = "people are told from walls by the map alone"
 class Localizability(Mcl):
     """Localization by those beams of the lidar that can be trusted."""
 
-    motion: OdometryMotion = field(default_factory=lambda: OdometryMotion(0.01, 0.01, 0.005, 0.005))
+    motion: OdometryMotion = field(default_factory=lambda: OdometryMotion(0.003, 0.003, 0.001, 0.001))
     sensor: GaussianField = field(default_factory=lambda: GaussianField(sigma_hit=0.05))
     beams: int = 120
     fusion: Fusion = "weighted"
     """How D is used: weighted beams, or equation 14 of the document after unweighted ones."""
     tempering: float = 0.5
     """kappa: beams are not independent, and count so much each."""
-    effective_min: float = 0.1
+    effective_min: float = 0.3
     """Share of particles that a scan leaves with weight: while they are spread wide, few would be near the best pose and none at it."""
     k1: float = 1.0
     """Weight of odometry in equation 14."""
@@ -160,11 +162,11 @@ class LocalizabilityPipeline(MclPipeline):
 
 def _softened(particles: Particles, effective_min: float) -> Particles:
     """Weights to the highest power, at most 1, that leaves so large a share of the particles effective: annealed importance sampling."""
-    low, high = 0.0, 1.0
+    low, high = LEAST_POWER, 1.0
     if particles.effective >= effective_min * len(particles):
         return particles
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
+        middle = math.sqrt(low * high)
         enough = replace(particles, log_weights=middle * particles.log_weights).effective >= effective_min * len(particles)
         low, high = (middle, high) if enough else (low, middle)
     return replace(particles, log_weights=low * particles.log_weights)

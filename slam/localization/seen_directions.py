@@ -13,10 +13,11 @@ import numpy as np
 
 from slam.se2 import SE2, FloatArray, wrap_angle
 
-FEW = 2.0
+FEW = 6.0
 """Beams that meet walls across a direction, of which half is not to be relied on: they may be those on a person or on a door's edge."""
-WIDE = 0.5
-"""Standard deviation of a set beyond which D, which is that at its mean, does not speak for all of it [m]."""
+WIDE = 0.15
+"""Standard deviation of a set beyond which D, which is that at its mean, does not speak for all of it, and beams that deserve no trust lead
+no farther astray than the set already is [m]."""
 LEAST_LEVER = 0.1
 """Lever of one beam below which a scan says nothing of the heading [m]."""
 
