@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -32,16 +32,16 @@ Follower = Callable[[SensorFrame], dict[str, SE2]]
 """What each method answers to a frame."""
 
 
-def run(smoke: bool) -> list[Row]:
-    """All rows; without `smoke` some hours: every world is drawn ten times."""
+def run(smoke: bool) -> Iterator[Row]:
+    """All rows, a world's when it is done; without `smoke` some hours: every world is drawn ten times."""
     cv2.setNumThreads(1)
     seconds, seeds = (3.0, range(1, 2)) if smoke else (60.0, range(1, 11))
-    rows = [*_drift_rows(seconds, "wheels and gyro too", _as_it_is), *_drift_rows(seconds, "the camera alone", _only_camera)]
+    yield from _drift_rows(seconds, "wheels and gyro too", _as_it_is)
+    yield from _drift_rows(seconds, "the camera alone", _only_camera)
     worlds = WORLDS[:1] if smoke else WORLDS
-    errors = iter(list(spread(position_errors, [Fused(world, seconds, seed) for world in worlds for seed in seeds], 1 if smoke else 0)))
+    errors = spread(position_errors, [Fused(world, seconds, seed) for world in worlds for seed in seeds], 1 if smoke else 0)
     for world in worlds:
-        rows += _fusion_rows(world, [next(errors) for _ in seeds])
-    return rows
+        yield from _fusion_rows(world, [next(errors) for _ in seeds])
 
 
 @dataclass(frozen=True)
