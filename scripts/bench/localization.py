@@ -6,7 +6,7 @@ import importlib.util
 import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -36,14 +36,16 @@ LOST = 0.5
 """An estimate that is farther off at the end, or says so itself, is lost [m]."""
 
 
-def run(smoke: bool) -> list[Row]:
-    """All rows."""
+def run(smoke: bool) -> Iterator[Row]:
+    """All rows, as they are known."""
     room = mapped("aruco_room", 20.0 if smoke else TOURS["aruco_room"])
-    rows = _speed(room, smoke) + _beam_model(room, smoke) + _tracking("aruco_room", room, smoke)
-    if smoke:
-        return rows
-    office = mapped("office", TOURS["office"])
-    return [*rows, *_tracking("office", office, smoke), _moved(office)]
+    yield from _speed(room, smoke)
+    yield from _beam_model(room, smoke)
+    yield from _tracking("aruco_room", room, smoke)
+    if not smoke:
+        office = mapped("office", TOURS["office"])
+        yield from _tracking("office", office, smoke)
+        yield _moved(office)
 
 
 def _speed(given: GivenMap, smoke: bool) -> list[Row]:

@@ -7,7 +7,7 @@ import math
 import os
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import pairwise
 from multiprocessing import get_context
@@ -36,15 +36,19 @@ GHOST = 0.10
 """An occupied cell farther than this from every true static surface is a ghost [m]."""
 
 
-def run(smoke: bool) -> list[Row]:
-    """All rows; a recording's only where there is one.
+def run(smoke: bool) -> Iterator[Row]:
+    """All rows, as they are known; a recording's only where there is one.
 
     Raises:
         UsageError: the recordings are not there.
     """
     tours = {world: Course(world, 20.0 if smoke else 380.0).drive() for world in (WORLDS[:1] if smoke else WORLDS)}
-    rows = _intel(smoke) + _closures(tours) + _turn() + _people(smoke) + _drift(smoke)
-    return rows + _corridor(smoke) + _particles(smoke) + _soak(120.0 if smoke else 3600.0)
+    yield from _intel(smoke)
+    yield from _closures(tours)
+    yield from _turn()
+    for rows in (_people, _drift, _corridor, _particles):
+        yield from rows(smoke)
+    yield from _soak(120.0 if smoke else 3600.0)
 
 
 def _intel(smoke: bool) -> list[Row]:
