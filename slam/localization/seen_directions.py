@@ -13,7 +13,7 @@ import numpy as np
 
 from slam.se2 import SE2, FloatArray, wrap_angle
 
-FEW = 6.0
+FEW = 10.0
 """Beams that meet walls across a direction, of which half is not to be relied on: they may be those on a person or on a door's edge."""
 WIDE = 0.15
 """Standard deviation of a set beyond which D, which is that at its mean, does not speak for all of it, and beams that deserve no trust lead
