@@ -84,10 +84,11 @@ def calibrate_wheels(
     fit = least_squares(residuals, start, loss="soft_l1", x_scale=np.array([0.001, 0.001, 0.005, 0.01, 0.01, 0.01]))
     found = np.asarray(fit.x, dtype=np.float64)
     left_over = residuals(found)
-    _require_agreement(left_over, found[:3] / start[:3])
+    _require_agreement(left_over, found[:2] / start[:2])
     deviations = _deviations(np.asarray(fit.jac, dtype=np.float64), left_over, apart)
-    if np.any(deviations[:3] > VAGUE * found[:3]):
+    if np.any(deviations[:3] > VAGUE * np.abs(found[:3])):
         raise CalibrationError("the drive does not tell radii and track apart: drive straight ahead and turn, to both sides")
+    _require_agreement(left_over, found[2:3] / start[2:3])  # only now: a track that no turn shows is anything
     return WheelCalibration((float(found[0]), float(found[1])), float(found[2]), SE2.from_array(found[3:]), deviations, len(pairs))
 
 
@@ -137,7 +138,7 @@ def _windows(turned: FloatArray, start: FloatArray) -> tuple[NDArray[np.int64], 
 
 
 def _require_agreement(left_over: FloatArray, ratios: FloatArray) -> None:
-    """That little is left over, and that radii and track are near those believed in."""
+    """That little is left over, and that what is found is near what was believed in: their ratios (K,)."""
     worst = np.maximum.reduce(np.abs(left_over.reshape(-1, 3)), axis=1)
     share = np.count_nonzero(worst > ASTRAY) / max(len(worst), 1)
     if share > 0.2 or np.any(ratios > FAR_OFF) or np.any(ratios < 1.0 / FAR_OFF):
