@@ -36,7 +36,7 @@ def square_poses(rays: Floats, weights: Floats, sizes: Floats) -> tuple[Floats, 
         if not np.isfinite(rays[n]).all():
             continue
         half = 0.5 * sizes[n]
-        if not _rotations(_homography(rays[n], half), R[n]):
+        if not _rotations(homography(rays[n], half), R[n]):
             continue
         for branch in range(2):
             _place(R[n, branch], rays[n], half, t[n, branch])
@@ -76,7 +76,7 @@ def carried(rays: Floats, points: tuple[Floats, Floats], mount: tuple[Floats, Fl
 
 
 @njit
-def _homography(rays: Floats, half: float) -> Floats:
+def homography(rays: Floats, half: float) -> Floats:
     """From the square's plane [m] to rays: Heckbert, "Fundamentals of texture mapping" (1989), appendix A, on a centred square."""
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = rays[3], rays[2], rays[1], rays[0]  # (0, 0) (1, 0) (1, 1) (0, 1), y up
     sx, sy = x0 - x1 + x2 - x3, y0 - y1 + y2 - y3

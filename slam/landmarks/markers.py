@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +16,7 @@ from slam.kernels.planar_pose import carried, square_poses
 from slam.landmarks.camera_info_file import read_camera_info, with_intrinsics
 from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines, lens_of
 from slam.landmarks.marker_family import MarkerFamily
+from slam.landmarks.marker_search import OPENCV, MarkerSearch, OpenCvSearch, OwnSearch, Tolerance
 from slam.landmarks.sighting import Sighting
 from slam.messages import CameraInfo
 from slam.se2 import FloatArray
@@ -24,15 +24,6 @@ from slam.se3 import SE3
 
 Image = NDArray[np.uint8]
 STILL = np.zeros(3)
-WINDOW = 13
-"""Side of the one neighbourhood that a picture is binarised by when it must be quick [px]; otherwise OpenCV's three: 3, 13, 23."""
-_REFINEMENTS: dict[CornerMethod, int] = {
-    "lines": cv2.aruco.CORNER_REFINE_NONE,
-    "none": cv2.aruco.CORNER_REFINE_NONE,
-    "subpix": cv2.aruco.CORNER_REFINE_SUBPIX,
-    "contour": cv2.aruco.CORNER_REFINE_CONTOUR,
-    "apriltag": cv2.aruco.CORNER_REFINE_APRILTAG,
-}
 
 
 class MarkerImageError(SlamError):
@@ -48,10 +39,9 @@ class Markers:
     camera_info: str = ""
     """CameraInfo YAML of `twin calibrate camera` whose K and distortion are taken; none: those that come with the images."""
     corners: CornerMethod = "lines"
-    """`lines`, our own; OpenCV's `none`, `subpix`, `contour`, `apriltag` for comparison."""
+    """`lines`, our own search and edges; `none`, `subpix`, `contour`, `apriltag`: OpenCV's detector and corners, for comparison."""
     quick: bool = False
-    """Binarise a picture once, not three times, unless that finds nothing: three times as fast, and in a film as good; in a single
-    photograph a marker may be missed."""
+    """Look once, unless that finds nothing: for films. Otherwise also for paler and for blurred markers, in the picture made smaller."""
     error_correction: float = 0.3
     """Share of the bits that a dictionary can correct which is corrected; more finds markers where there are none."""
     least_side: float = 12.0
@@ -68,8 +58,9 @@ class Markers:
         require_not_negative(self, "error_correction", "least_contrast")
         if not self.families:
             raise ParameterError(self, "families", "one family at least")
-        if self.corners not in _REFINEMENTS:
-            raise ParameterError(self, "corners", f"one of {', '.join(_REFINEMENTS)}")
+        methods = ("lines", *OPENCV)
+        if self.corners not in methods:
+            raise ParameterError(self, "corners", f"one of {', '.join(methods)}")
 
     def build(self) -> MarkerDetector:
         """Make the detector.
@@ -100,10 +91,13 @@ class MarkerDetector:
     def __init__(self, settings: Markers) -> None:
         self.settings = settings
         self._calibrated = read_camera_info(Path(settings.camera_info)) if settings.camera_info else None
-        dictionaries = [family.load() for family in settings.families]
-        self._modules = [dictionary.markerSize + 2.0 for dictionary in dictionaries]
-        passes = (True, False) if settings.quick else (False,)
-        self._passes = [cv2.aruco.ArucoDetector(dictionaries, _parameters(settings, quick)) for quick in passes]
+        self._modules = np.array([family.load().markerSize + 2.0 for family in settings.families])
+        tolerance = Tolerance(settings.error_correction, settings.least_side, settings.least_contrast)
+        self._search: MarkerSearch = (
+            OwnSearch(settings.families, tolerance, quick=settings.quick)
+            if settings.corners == "lines"
+            else OpenCvSearch(settings.families, tolerance, settings.corners)
+        )
 
     def detect(self, image: Image, camera: CameraInfo, twist: FloatArray = STILL) -> Detection:
         """Find the markers of an image.
@@ -119,22 +113,12 @@ class MarkerDetector:
         camera = with_intrinsics(camera, self._calibrated) if self._calibrated else camera
         require_camera(image, camera)
         grey = np.ascontiguousarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
-        corners, ids, families, undecoded = self._quads(grey)
-        rejected = Counter({"not decoded": undecoded} if undecoded else {})
-        once = _once(ids, rejected)
-        return self._measured(grey, camera, twist, (corners[once], ids[once], families[once]), rejected)
-
-    def _quads(self, grey: Image) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64], int]:
-        """Corners (N, 4, 2) [px], numbers (N,) with the family's first added, families (N,), and how many quadrilaterals are no markers."""
-        corners, ids, rejected, families = _decoded(self._passes[0], grey, len(self._modules))
-        if not corners and len(self._passes) > 1:
-            corners, ids, rejected, families = _decoded(self._passes[1], grey, len(self._modules))
-        if not corners:
-            return np.empty((0, 4, 2)), np.empty(0, np.int64), np.empty(0, np.int64), len(rejected)
-        of = np.zeros(len(corners), np.int64) if families is None else np.array(families, dtype=np.int64).reshape(-1)
+        found = self._search.find(grey)
+        rejected = Counter({"not decoded": found.undecoded} if found.undecoded else {})
         firsts = np.array([family.first for family in self.settings.families], dtype=np.int64)
-        numbers = np.array(ids, dtype=np.int64).reshape(-1) + firsts[of]
-        return np.array(corners, dtype=np.float64).reshape(-1, 4, 2), numbers, of, len(rejected)
+        ids = found.numbers + firsts[found.families]
+        once = _once(ids, rejected)
+        return self._measured(grey, camera, twist, (found.corners[once], ids[once], found.families[once]), rejected)
 
     def _measured(
         self,
@@ -145,7 +129,7 @@ class MarkerDetector:
         rejected: Counter[str],
     ) -> Detection:
         corners, ids, of = quads
-        modules = np.array([self._modules[k] for k in of.tolist()], dtype=np.float64)
+        modules = self._modules[of]
         sizes = np.array([self._size(number, family) for number, family in zip(ids.tolist(), of.tolist(), strict=True)], dtype=np.float64)
         method = self.settings.corners
         rays, covariances, quality = fit_lines(grey, corners, modules, camera) if method == "lines" else as_found(corners, method, camera)
@@ -184,20 +168,6 @@ class MarkerDetector:
             "poor edges": rms > s.worst_line,
         }
         return next((name for name, is_so in faults.items() if is_so), "")
-
-
-def _decoded(detector: cv2.aruco.ArucoDetector, grey: Image, dictionaries: int) -> tuple[Any, Any, Any, Any]:
-    """Corners, ids, undecoded quadrilaterals and dictionaries; with one dictionary OpenCV's plain way, which is faster."""
-    return detector.detectMarkersMultiDict(grey) if dictionaries > 1 else (*detector.detectMarkers(grey), None)
-
-
-def _parameters(settings: Markers, quick: bool) -> cv2.aruco.DetectorParameters:
-    parameters = cv2.aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = _REFINEMENTS[settings.corners]
-    parameters.errorCorrectionRate = settings.error_correction
-    if quick:
-        parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = WINDOW
-    return parameters
 
 
 def require_camera(image: Image, camera: CameraInfo) -> None:
