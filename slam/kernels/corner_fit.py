@@ -16,15 +16,16 @@ from slam.kernels.lens import Lens, to_pixel, to_ray
 
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
-Fit = tuple[Floats, Floats, Floats]
-"""Rays of the corners (N, 4, 2); their covariances (N, 4, 2, 2) [px^2]; of each marker (N, 3) the residuals' RMS [px], the least
-contrast of a side [grey levels] and the blur, the largest deviation of a side's slope [px]; nan where a side is not seen."""
+Fit = tuple[Floats, Floats, Floats, Floats]
+"""Rays of the corners (N, 4, 2) and where they are seen [px]; covariances (N, 4, 2, 2) [px^2]; of each marker (N, 3) the residuals'
+RMS [px], the least contrast of a side [grey levels] and the blur, the largest deviation of a side's slope [px]; nan where a side is
+not seen."""
 
 TRIM = 0.1
 """Part of a side that is left out at each end."""
-MOST = 96
-"""Places along a side, at most."""
-STEP = 0.25
+MOST = (12, 20, 48)
+"""Places along a side, at most, in each round of lines and corners: the first show where to look."""
+STEP = 0.4
 """Between samples across an edge [px]."""
 SEARCH = 4.0
 """How far an edge is searched for to both sides at first [px]."""
@@ -34,7 +35,6 @@ APART = 0.6
 """Part of a module that the window may take once the blur is known: beyond it the slope of a white module inside comes in."""
 WINDOW, SPREAD = 0.75, 2.2
 """Half of the window across an edge: so much [px] and so many standard deviations of its slope."""
-ROUNDS = 3
 ALIKE = 0.95
 """Least contrast of a side whose margin is free, as a share of the best side's."""
 FEWEST = 5
@@ -58,11 +58,11 @@ def fit_corners(grey: Grey, corners: Floats, modules: Floats, lens: Lens) -> Fit
         lens: through which the picture was seen.
     """
     count = len(corners)
-    rays, covariances, quality = np.empty((count, 4, 2)), np.empty((count, 4, 2, 2)), np.empty((count, 3))
+    rays, pixels, covariances, quality = np.empty((count, 4, 2)), corners.copy(), np.empty((count, 4, 2, 2)), np.empty((count, 3))
     for n in range(count):
-        if not _fit_one(grey, corners[n].copy(), modules[n], lens, (rays[n], covariances[n], quality[n])):
-            rays[n], covariances[n], quality[n] = np.nan, np.nan, np.nan
-    return rays, covariances, quality
+        if not _fit_one(grey, pixels[n], modules[n], lens, (rays[n], covariances[n], quality[n])):
+            rays[n], pixels[n], covariances[n], quality[n] = np.nan, np.nan, np.nan, np.nan
+    return rays, pixels, covariances, quality
 
 
 @njit
@@ -70,12 +70,12 @@ def _fit_one(grey: Grey, pixels: Floats, modules: float, lens: Lens, out: tuple[
     """Rounds of lines and corners, each from the corners of the one before."""
     rays, covariances, quality = out
     f = np.sqrt(lens[0] * lens[1])
-    lines, points, spread = np.empty((4, 9)), np.empty((MOST, 2)), np.full(4, -1.0)
-    for _ in range(ROUNDS):
+    lines, points, spread = np.empty((4, 9)), np.empty((MOST[-1], 2)), np.full(4, -1.0)
+    for most in MOST:
         for side in range(4):
             a, b = pixels[side], pixels[(side + 1) % 4]
             module = _across(pixels, side) / modules
-            count, contrast, spread[side] = _edge(grey, (a, b), (module, spread[side]), points)
+            count, contrast, spread[side] = _edge(grey, (a, b), (module, spread[side]), points[:most])
             if count < FEWEST:
                 return False
             for k in range(count):
@@ -133,7 +133,7 @@ def _edge(grey: Grey, ends: tuple[Floats, Floats], window: tuple[float, float], 
     length = max(np.hypot(bx - ax, by - ay), 1e-9)
     ux, uy = (bx - ax) / length, (by - ay) / length
     nx, ny = uy, -ux  # out of the black
-    places = min(max(int(length * (1.0 - 2.0 * TRIM)), 8), MOST)
+    places = min(max(int(length * (1.0 - 2.0 * TRIM)), 8), len(points))
     half = min(WITHIN * module, SEARCH) if spread < 0.0 else _half(module, spread)
     steps = max(int(2.0 * half / STEP), 4)
     profile = np.empty(steps + 1)

@@ -79,7 +79,7 @@ def _follow(dark: Dark, start: Ints, outline: Ints) -> int:
 @njit
 def _cut(outline: Ints, corners: Floats) -> bool:
     """Write the corners (4, 2) of an outline; False when it is not four-sided and convex."""
-    length, at = len(outline), np.empty(4, np.int64)
+    length, at = len(outline), np.empty(4, np.int32)
     a = _farthest(outline, 0)
     b = _farthest(outline, a)
     at[0], at[1] = min(a, b), max(a, b)

@@ -1,4 +1,4 @@
-"""Connected dark regions of a picture: Rosenfeld, Pfaltz, "Sequential operations in digital picture processing" (1966), on runs of pixels."""
+"""Connected dark regions: Rosenfeld, Pfaltz, "Sequential operations in digital picture processing" (1966), on runs of pixels."""
 
 from __future__ import annotations
 

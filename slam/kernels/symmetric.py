@@ -1,4 +1,4 @@
-"""Symmetric matrices 3 x 3, written out: they are asked thousands of times a second, and LAPACK takes ten times as long."""
+"""Small symmetric matrices, most 3 x 3 and written out: they are asked thousands of times a second, and LAPACK takes ten times as long."""
 
 from __future__ import annotations
 
@@ -75,3 +75,28 @@ def is_positive(S: Floats) -> bool:
     minor = S[0, 0] * S[1, 1] - S[0, 1] * S[0, 1]
     rest = S[2, 2] * minor - S[0, 0] * S[1, 2] * S[1, 2] - S[1, 1] * S[0, 2] * S[0, 2] + 2.0 * S[0, 1] * S[1, 2] * S[0, 2]
     return S[0, 0] > 0.0 and minor > 0.0 and rest > 0.0
+
+
+@njit
+def solve(A: Floats, b: Floats) -> None:
+    """Write x of A x = b into b, for a symmetric positive definite matrix (n, n) of which the lower part is given; nan where it is not.
+
+    The lower part becomes Cholesky's factor.
+    """
+    n = len(A)
+    for j in range(n):
+        for k in range(j):
+            A[j, j] -= A[j, k] * A[j, k]
+        A[j, j] = np.sqrt(A[j, j]) if A[j, j] > 0.0 else np.nan
+        for i in range(j + 1, n):
+            for k in range(j):
+                A[i, j] -= A[i, k] * A[j, k]
+            A[i, j] /= A[j, j]
+    for i in range(n):
+        for k in range(i):
+            b[i] -= A[i, k] * b[k]
+        b[i] /= A[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= A[k, i] * b[k]
+        b[i] /= A[i, i]

@@ -27,19 +27,18 @@ def lens_of(camera: CameraInfo) -> Lens:
 
 
 def fit_lines(grey: NDArray[np.uint8], corners: FloatArray, modules: FloatArray, camera: CameraInfo) -> tuple[FloatArray, ...]:
-    """Rays (N, 4, 2), their covariances (N, 4, 2, 2) and quality (N, 3), see `slam.kernels.corner_fit`.
+    """Rays and pixels (N, 4, 2), covariances (N, 4, 2, 2) and quality (N, 3), see `slam.kernels.corner_fit`.
 
     Covariances are of rays, not of pixels.
     """
-    rays, covariances, quality = fit_corners(grey, corners, modules, lens_of(camera))
-    return rays, covariances / (camera.K[0, 0] * camera.K[1, 1]), quality
+    rays, pixels, covariances, quality = fit_corners(grey, corners, modules, lens_of(camera))
+    return rays, pixels, covariances / (camera.K[0, 0] * camera.K[1, 1]), quality
 
 
 def as_found(corners: FloatArray, method: CornerMethod, camera: CameraInfo) -> tuple[FloatArray, ...]:
     """The same of OpenCV's corners (N, 4, 2); blur is not known."""
-    shift = APRILTAG_SHIFT if method == "apriltag" else 0.0
-    lens = lens_of(camera)
-    rays = np.array([[to_ray(lens, u, v) for u, v in marker] for marker in (corners - shift).tolist()]).reshape(-1, 4, 2)
+    pixels, lens = corners - (APRILTAG_SHIFT if method == "apriltag" else 0.0), lens_of(camera)
+    rays = np.array([[to_ray(lens, u, v) for u, v in marker] for marker in pixels.tolist()]).reshape(-1, 4, 2)
     variance = DEVIATION[method] ** 2 / (camera.K[0, 0] * camera.K[1, 1])
     quality = np.tile([DEVIATION[method], 255.0, np.nan], (len(corners), 1))
-    return rays, np.tile(variance * np.eye(2), (len(corners), 4, 1, 1)), quality
+    return rays, pixels, np.tile(variance * np.eye(2), (len(corners), 4, 1, 1)), quality

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import ParameterError, SlamError, require_not_negative, require_positive
-from slam.kernels.lens import to_pixel
-from slam.kernels.planar_pose import carried, square_poses
+from slam.kernels.planar_pose import square_poses
+from slam.kernels.rolling_shutter import read_at_once
 from slam.landmarks.camera_info_file import read_camera_info, with_intrinsics
-from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines, lens_of
+from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines
 from slam.landmarks.marker_family import MarkerFamily
 from slam.landmarks.marker_search import OPENCV, MarkerSearch, OpenCvSearch, OwnSearch, Tolerance
 from slam.landmarks.sighting import Sighting
@@ -132,8 +132,9 @@ class MarkerDetector:
         modules = self._modules[of]
         sizes = np.array([self._size(number, family) for number, family in zip(ids.tolist(), of.tolist(), strict=True)], dtype=np.float64)
         method = self.settings.corners
-        rays, covariances, quality = fit_lines(grey, corners, modules, camera) if method == "lines" else as_found(corners, method, camera)
-        pixels, sides = _pixels(rays, camera), _sides(corners)
+        fitted = fit_lines(grey, corners, modules, camera) if method == "lines" else as_found(corners, method, camera)
+        rays, pixels, covariances, quality = fitted
+        sides = _sides(corners)
         good = [n for n in range(len(ids)) if not _counted(rejected, self._fault(sides[n], quality[n], modules[n]))]
         order = np.array(sorted(good, key=lambda n: int(ids[n])), dtype=np.int64)
         rays, covariances, sizes = rays[order], covariances[order], sizes[order]
@@ -201,11 +202,6 @@ def _counted(rejected: Counter[str], fault: str) -> bool:
     return bool(fault)
 
 
-def _pixels(rays: FloatArray, camera: CameraInfo) -> FloatArray:
-    lens = lens_of(camera)
-    return np.array([[to_pixel(lens, x, y) for x, y in marker] for marker in rays.tolist()]).reshape(-1, 4, 2)
-
-
 def _sides(corners: FloatArray) -> FloatArray:
     """Mean lengths (N,) of the sides [px]."""
     return np.hypot(*np.moveaxis(np.roll(corners, -1, axis=1) - corners, 2, 0)).mean(axis=1)
@@ -217,12 +213,9 @@ def _poses(
     """Rays at the image's stamp and both poses of each square."""
     camera, pixels, twist = seen
     weights = np.asarray(np.linalg.inv(covariances), dtype=np.float64)
-    R, t, chi = square_poses(rays, weights, sizes)
-    if camera.row_time == 0.0 or not np.any(twist):
-        return rays, (R, t, chi)
-    mount = np.array(camera.T_base_camera.R), np.array(camera.T_base_camera.t)
-    delays = (pixels[:, :, 1] - 0.5 * (camera.height - 1)) * camera.row_time
-    known = np.isfinite(chi[:, 0])
-    moved = [carried(rays[n], (R[n, 0], t[n, 0]), mount, twist, delays[n]) if known[n] else rays[n] for n in range(len(rays))]
-    still = np.array(moved).reshape(-1, 4, 2)
-    return still, square_poses(still, weights, sizes)
+    if camera.row_time > 0.0 and np.any(twist):
+        R, t, _ = square_poses(rays, weights, sizes, 0)
+        mount = np.array(camera.T_base_camera.R), np.array(camera.T_base_camera.t)
+        delays = (pixels[:, :, 1] - 0.5 * (camera.height - 1)) * camera.row_time
+        rays = read_at_once(rays, (R[:, 0], t[:, 0]), mount, twist, delays)
+    return rays, square_poses(rays, weights, sizes)

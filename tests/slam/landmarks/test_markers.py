@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from slam.errors import ParameterError
 from slam.kernels.corner_fit import fit_corners
 from slam.kernels.lens import to_pixel, to_ray
-from slam.kernels.planar_pose import carried, square_poses
+from slam.kernels.planar_pose import square_poses
+from slam.kernels.rolling_shutter import read_at_once
 from slam.landmarks.marker_family import MarkerFamily
 from slam.landmarks.markers import MarkerImageError, Markers
 from slam.landmarks.sighting import Sighting, square
@@ -174,7 +175,8 @@ def test_rows_that_are_read_later_are_carried_back() -> None:
     for k, delay in enumerate(delays):
         T_then = mount.inverse() @ SE3.from_se2(SE2.exp(twist * delay)).inverse() @ mount @ T
         seen[k] = rays_of(T_then)[k]
-    still = carried(seen, (np.array(T.R), np.array(T.t)), (np.array(mount.R), np.array(mount.t)), twist, delays)
+    pose, lever = (np.array(T.R)[None], np.array(T.t)[None]), (np.array(mount.R), np.array(mount.t))
+    still = read_at_once(seen[None], pose, lever, twist, delays[None])[0]
     assert np.abs(seen - rays_of(T)).max() > 0.005
     assert np.abs(still - rays_of(T)).max() < 1e-4
 
@@ -201,7 +203,7 @@ def test_what_is_not_used_is_counted() -> None:
 
 def test_a_side_that_cannot_be_seen_is_no_corner() -> None:
     grey = np.full((60, 60), 128, np.uint8)
-    rays, _, quality = fit_corners(
+    rays, _, _, quality = fit_corners(
         grey, np.array([[[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]]]), np.array([8.0]), (400.0, 400.0, 30.0, 30.0, np.zeros(5))
     )
     assert np.isnan(rays).all()
