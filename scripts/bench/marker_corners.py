@@ -20,6 +20,7 @@ from slam.landmarks.marker_bundle import Prior
 from slam.landmarks.marker_corners import CornerMethod, lens_of
 from slam.landmarks.marker_location import UNKNOWN, MarkerField
 from slam.landmarks.markers import MarkerDetector, Markers
+from slam.landmarks.sighting import Sighting
 from slam.messages import RgbdImage
 from slam.motion.dead_reckoning import DeadReckoning
 from slam.se2 import SE2, FloatArray
@@ -28,6 +29,7 @@ WORLD = "aruco_room"
 LARGE = 30.0
 """Mean side of the markers whose corners are judged [px]."""
 PEERS: tuple[CornerMethod, ...] = ("subpix", "apriltag")
+"""OpenCV's, whose corners are compared; its detector's time is, without and with the best of them."""
 SIZES = {(640, 480): "≤ 3", (848, 480): "≤ 4", (1280, 720): "≤ 6"}
 """Of images [px], and what is asked of the time [ms]."""
 NEAR = 2.0
@@ -97,12 +99,15 @@ def _corner_rows(shots: Shots) -> list[Row]:
 def _speed_rows(shots: Shots, most: int, reach: str) -> list[Row]:
     chosen = [k for k, corners in enumerate(shots.corners) if 6 <= len(corners) <= 10][:most]
     detector = Markers(quick=True).build()
-    whole, fit, count = [], [], []
+    theirs: dict[CornerMethod, MarkerDetector] = {"none": Markers(corners="none").build(), "apriltag": Markers(corners="apriltag").build()}
+    took: dict[str, list[float]] = {"ours": [], **{method: [] for method in theirs}}
+    fit, count = list[float](), list[int]()
     for k in [*chosen[:1], *chosen]:
         image = shots.images[k]
-        began = time.thread_time()
-        sightings = detector.detect(image.colour, image.colour_info, shots.twists[k]).sightings
-        whole.append(time.thread_time() - began)
+        for method, peer in theirs.items():
+            took[method].append(_seconds(peer, shots, k)[0])
+        spent, sightings = _seconds(detector, shots, k)
+        took["ours"].append(spent)
         grey, corners = cv2.cvtColor(image.colour, cv2.COLOR_RGB2GRAY), np.array([s.pixels for s in sightings]).reshape(-1, 4, 2)
         began = time.thread_time()
         fit_corners(grey, corners, np.full(len(corners), 8.0), lens_of(image.colour_info))
@@ -111,10 +116,18 @@ def _speed_rows(shots: Shots, most: int, reach: str) -> list[Row]:
     camera = shots.images[0].colour_info
     size = f"{camera.width} x {camera.height}"
     name = f"detect, fit and both poses, {size}, {np.mean(count or [0]):.1f} markers, one core"
+    ms = {method: 1e3 * float(np.median(seconds[1:] or [np.nan])) for method, seconds in took.items()}
     return [
-        Row("markers", name, 1e3 * float(np.median(whole[1:] or [np.nan])), "ms", reach),
+        *(Row("markers", name, ms["ours"], "ms", reach, f"OpenCV {peer}", ms[peer], ms[peer] / ms["ours"]) for peer in theirs),
         Row("markers", f"line fit of one marker, {size}", 1e6 * float(np.median(fit[1:] or [np.nan])), "µs", "≤ 80"),
     ]
+
+
+def _seconds(detector: MarkerDetector, shots: Shots, k: int) -> tuple[float, tuple[Sighting, ...]]:
+    """Processor time of an image, and what it shows."""
+    image, began = shots.images[k], time.thread_time()
+    sightings = detector.detect(image.colour, image.colour_info, shots.twists[k]).sightings
+    return time.thread_time() - began, sightings
 
 
 def _lone_rows(shots: Shots) -> list[Row]:

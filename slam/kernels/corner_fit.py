@@ -27,8 +27,8 @@ MOST = (12, 20, 48)
 """Places along a side, at most, in each round of lines and corners: the first show where to look."""
 STEP = 0.4
 """Between samples across an edge [px]."""
-SEARCH = 4.0
-"""How far an edge is searched for to both sides at first [px]."""
+SEARCH, WIDER = 4.0, 0.25
+"""How far an edge is searched for to both sides at first: so much [px], or this part of a module where that is more."""
 WITHIN = 0.9
 """Part of a module in which nothing but the edge is: one module of border inside, one of white margin outside."""
 APART = 0.6
@@ -134,7 +134,7 @@ def _edge(grey: Grey, ends: tuple[Floats, Floats], window: tuple[float, float], 
     ux, uy = (bx - ax) / length, (by - ay) / length
     nx, ny = uy, -ux  # out of the black
     places = min(max(int(length * (1.0 - 2.0 * TRIM)), 8), len(points))
-    half = min(WITHIN * module, SEARCH) if spread < 0.0 else _half(module, spread)
+    half = min(WITHIN * module, max(SEARCH, WIDER * module)) if spread < 0.0 else _half(module, spread)
     steps = max(int(2.0 * half / STEP), 4)
     profile = np.empty(steps + 1)
     count, total, variance = 0, 0.0, 0.0

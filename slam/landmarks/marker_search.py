@@ -50,6 +50,25 @@ class Found:
     undecoded: int
     """Four-sided things that are no markers."""
 
+    def only(self, chosen: Ints) -> Found:
+        """Some of the markers."""
+        return Found(self.corners[chosen], self.numbers[chosen], self.families[chosen], self.undecoded)
+
+    def joined(self, other: Found) -> Found:
+        """The markers, and those of another look that are elsewhere."""
+        new = other.only(np.array([n for n, corners in enumerate(other.corners) if not self._has(corners)], np.int64))
+        return Found(
+            np.concatenate([self.corners, new.corners]),
+            np.concatenate([self.numbers, new.numbers]),
+            np.concatenate([self.families, new.families]),
+            self.undecoded,
+        )
+
+    def _has(self, corners: FloatArray) -> bool:
+        """A marker with about the same middle is among them."""
+        apart = np.linalg.norm(self.corners.mean(axis=1) - corners.mean(axis=0), axis=1)
+        return bool((apart < 0.5 * np.linalg.norm(corners[1] - corners[0])).any())
+
 
 class MarkerSearch(Protocol):
     """Finds markers in a grey image (H, W)."""
@@ -94,7 +113,7 @@ class OwnSearch:
         for smaller in COARSER:
             picture = grey if smaller == 1 else cv2.resize(grey, None, fx=1.0 / smaller, fy=1.0 / smaller, interpolation=cv2.INTER_AREA)
             for share in SHARES[smaller == 1 :]:
-                found = _with(found, self._look(np.asarray(picture, np.uint8), smaller, share))
+                found = found.joined(self._look(np.asarray(picture, np.uint8), smaller, share))
         return found
 
     def _look(self, grey: Image, smaller: int, share: float) -> Found:
@@ -143,20 +162,3 @@ def _codes(family: MarkerFamily, dictionary: cv2.aruco.Dictionary) -> NDArray[np
         raise ParameterError(family, "dictionary", f"markers of up to {BITS} bits")
     bits = [cv2.aruco.Dictionary.getBitsFromByteList(code[None], side) for code in dictionary.bytesList]
     return np.array([[int("".join(map(str, np.rot90(b, turn).ravel())), 2) for turn in range(4)] for b in bits], np.uint64).reshape(-1, 4)
-
-
-def _with(found: Found, more: Found) -> Found:
-    """What was found, and of what another look found that which is elsewhere."""
-    new = [n for n, corners in enumerate(more.corners) if not _is_among(corners, found.corners)]
-    return Found(
-        np.concatenate([found.corners, more.corners[new]]),
-        np.concatenate([found.numbers, more.numbers[new]]),
-        np.concatenate([found.families, more.families[new]]),
-        found.undecoded,
-    )
-
-
-def _is_among(corners: FloatArray, others: FloatArray) -> bool:
-    """One of the others (N, 4, 2) is at the same place."""
-    apart = np.linalg.norm(others.mean(axis=1) - corners.mean(axis=0), axis=1)
-    return bool((apart < 0.5 * np.linalg.norm(corners[1] - corners[0])).any())

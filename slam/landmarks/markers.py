@@ -16,7 +16,7 @@ from slam.kernels.rolling_shutter import read_at_once
 from slam.landmarks.camera_info_file import read_camera_info, with_intrinsics
 from slam.landmarks.marker_corners import CornerMethod, as_found, fit_lines
 from slam.landmarks.marker_family import MarkerFamily
-from slam.landmarks.marker_search import OPENCV, MarkerSearch, OpenCvSearch, OwnSearch, Tolerance
+from slam.landmarks.marker_search import OPENCV, Found, MarkerSearch, OpenCvSearch, OwnSearch, Tolerance
 from slam.landmarks.sighting import Sighting
 from slam.messages import CameraInfo
 from slam.se2 import FloatArray
@@ -118,23 +118,18 @@ class MarkerDetector:
         firsts = np.array([family.first for family in self.settings.families], dtype=np.int64)
         ids = found.numbers + firsts[found.families]
         once = _once(ids, rejected)
-        return self._measured(grey, camera, twist, (found.corners[once], ids[once], found.families[once]), rejected)
+        return self._measured(grey, camera, twist, (found.only(once), ids[once]), rejected)
 
     def _measured(
-        self,
-        grey: Image,
-        camera: CameraInfo,
-        twist: FloatArray,
-        quads: tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]],
-        rejected: Counter[str],
+        self, grey: Image, camera: CameraInfo, twist: FloatArray, seen: tuple[Found, NDArray[np.int64]], rejected: Counter[str]
     ) -> Detection:
-        corners, ids, of = quads
-        modules = self._modules[of]
-        sizes = np.array([self._size(number, family) for number, family in zip(ids.tolist(), of.tolist(), strict=True)], dtype=np.float64)
+        found, ids = seen
+        modules, sides = self._modules[found.families], _sides(found.corners)
+        which = zip(found.families.tolist(), found.numbers.tolist(), strict=True)
+        sizes = np.array([self.settings.families[family].size_of(number) for family, number in which], np.float64)
         method = self.settings.corners
-        fitted = fit_lines(grey, corners, modules, camera) if method == "lines" else as_found(corners, method, camera)
+        fitted = fit_lines(grey, found.corners, modules, camera) if method == "lines" else as_found(found.corners, method, camera)
         rays, pixels, covariances, quality = fitted
-        sides = _sides(corners)
         good = [n for n in range(len(ids)) if not _counted(rejected, self._fault(sides[n], quality[n], modules[n]))]
         order = np.array(sorted(good, key=lambda n: int(ids[n])), dtype=np.int64)
         rays, covariances, sizes = rays[order], covariances[order], sizes[order]
@@ -152,10 +147,6 @@ class MarkerDetector:
                 )
             )
         return Detection(tuple(sightings), rejected)
-
-    def _size(self, number: int, family: int) -> float:
-        owner = self.settings.families[family]
-        return owner.size_of(number - owner.first)
 
     def _fault(self, side: float, quality: FloatArray, modules: float) -> str:
         """Why a marker is not used; empty when it is."""
