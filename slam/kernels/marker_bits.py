@@ -56,7 +56,7 @@ def _look(grey: Grey, corners: Floats, levels: Floats) -> None:
                     X, Y = (j + 0.5 + SPOT * b) / n - 0.5, 0.5 - (i + 0.5 + SPOT * a) / n
                     w = H[2, 0] * X + H[2, 1] * Y + 1.0
                     x, y = (H[0, 0] * X + H[0, 1] * Y + H[0, 2]) / w, (H[1, 0] * X + H[1, 1] * Y + H[1, 2]) / w
-                    x, y = min(max(x, 0.0), width - 1.001), min(max(y, 0.0), height - 1.001)
+                    x, y = min(x if x > 0.0 else 0.0, width - 1.001), min(y if y > 0.0 else 0.0, height - 1.001)  # nan too
                     c, r = int(x), int(y)
                     u, v = x - c, y - r
                     upper, lower = (1.0 - u) * grey[r, c] + u * grey[r, c + 1], (1.0 - u) * grey[r + 1, c] + u * grey[r + 1, c + 1]

@@ -98,7 +98,8 @@ def _cut(outline: Ints, corners: Floats) -> bool:
             at[side + 1] = pixel
     for k in range(4):
         corners[k] = outline[at[k], 0], outline[at[k], 1]
-    return _convex(corners, CLOSE * length) and _straighten(outline, at, corners)
+    least = CLOSE * length
+    return _convex(corners, least) and _straighten(outline, at, corners) and _convex(corners, least)
 
 
 @njit
@@ -132,7 +133,7 @@ def _convex(corners: Floats, least: float) -> bool:
     for k in range(4):
         a, b, c = corners[k - 1], corners[k], corners[(k + 1) % 4]
         ux, uy, vx, vy = b[0] - a[0], b[1] - a[1], c[0] - b[0], c[1] - b[1]
-        if ux * vy - uy * vx <= 0.0 or ux * ux + uy * uy < least * least:
+        if not (ux * vy - uy * vx > 0.0 and ux * ux + uy * uy >= least * least):
             return False
     return True
 

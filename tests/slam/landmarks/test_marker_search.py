@@ -151,6 +151,22 @@ def test_what_is_seen_by_several_looks_counts_once() -> None:
     assert found.numbers.tolist() == [5]
 
 
+def test_noise_and_clouds_hold_nothing() -> None:
+    rng, look = np.random.default_rng(0), search(quick=False)
+    for _ in range(300):
+        clouds = cv2.GaussianBlur(rng.uniform(0.0, 255.0, tuple(rng.integers(20, 200, 2))), (0, 0), rng.uniform(0.3, 4.0))
+        clouds = 255.0 * (clouds - clouds.min()) / (clouds.max() - clouds.min())
+        found = look.find(clouds.astype(np.uint8))
+        assert np.isfinite(found.corners).all()
+        assert found.numbers.tolist() == []
+
+
+def test_corners_that_make_no_square_are_not_read() -> None:
+    grey, codes = picture(5), np.zeros((1, 4), np.uint64)
+    for corners in (np.zeros((1, 4, 2)), np.full((1, 4, 2), np.nan), np.array([[[0.0, 0.0], [9.0, 9.0], [0.0, 0.0], [9.0, 9.0]]])):
+        assert read_markers(grey, corners, codes, 8, (8.0, 2, 1)).tolist() == [[-1, -1]]
+
+
 def test_a_dictionary_of_too_many_bits_is_refused(tmp_path) -> None:
     file = tmp_path / "large.yml"
     large = cv2.aruco.extendDictionary(2, 9)
